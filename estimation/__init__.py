@@ -1,0 +1,1 @@
+"""Quantities with calibrated uncertainty from readings, the belief, and what is kept on disk."""

@@ -1,0 +1,1 @@
+"""The Kortex arm as a robot."""

@@ -1,0 +1,1 @@
+"""Robot descriptions, objects and reference data, and the code that finds them."""

@@ -1,0 +1,1 @@
+"""Which action to take next, and the exploration that takes it."""
