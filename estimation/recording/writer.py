@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
@@ -28,7 +29,7 @@ class RunWriter:
 
     Samples and phases are written behind the robot's back, at the latest after a quarter of a second; decisions,
     measurements and beliefs are on disk when the call returns. Every call raises CannotRecord once the disk has
-    failed: the robot must be stopped then. Use :meth:`create` or :meth:`resume`, and close it or use it in ``with``.
+    failed: the robot must be stopped then. Begin with :meth:`create` or :meth:`resume`; close it, or use ``with``.
 
     Attributes:
         directory: where the run is kept.
@@ -213,10 +214,8 @@ def _check_space(directory: Path, space: int) -> None:
 def _abandon(directory: Path, stream: MessageStream | None, made: list[Path]) -> None:
     """Leave no half-made run behind."""
     if stream is not None:
-        try:
+        with contextlib.suppress(CannotRecord):  # the reason is on its way already
             stream.close()
-        except CannotRecord:
-            pass  # the reason is on its way already
     for item in directory.iterdir():
         if item.is_dir():
             shutil.rmtree(item, ignore_errors=True)
