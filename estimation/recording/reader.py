@@ -8,7 +8,7 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +16,12 @@ from numpy.typing import NDArray
 from dynamics.errors import InvalidInput
 from estimation.measurement import Measurement
 from estimation.recording.cdr import Layout, decode
+from estimation.recording.chunks import read_chunks
 from estimation.recording.data import Entry, Mark, Recorded, Recording, Samples, no_samples
 from estimation.recording.stream import BELIEF, DECISION, GRIPPER, JOINTS, MEASUREMENT, PHASE, RUN
 
 SEGMENT_GAP = 1.0  # s put between two parts of a run whose clocks do not fit
-RECORD_LIMIT = 64 * 2**20  # bytes; nothing that a run writes is larger
 
-_MAGIC = b"\x89MCAP0\r\n"
 _MESSAGE = struct.Struct("<BQHIQQ")
 _TOPICS = (JOINTS, GRIPPER, RUN, PHASE, DECISION, MEASUREMENT, BELIEF)
 
@@ -57,22 +56,6 @@ def read_recording(path: Path) -> Recording:
         complete=builder.complete,
         notes=tuple(builder.notes),
     )
-
-
-def chunks(path: Path) -> Iterator[bytes]:
-    """Yield the uncompressed chunks of an MCAP file in order, as far as they are whole and sound.
-
-    Returns when the data end; raises ValueError, with what was wrong, when the file is cut off or damaged.
-    """
-    with open(path, "rb") as file:
-        if file.read(8) != _MAGIC:
-            raise InvalidInput(f"{path}", "another kind of file", "an MCAP file")
-        while True:
-            opcode, body = _record(file)
-            if opcode == 0x0F:  # data end: what follows is the index
-                return
-            if opcode == 0x06:
-                yield _unpack_chunk(body)
 
 
 @dataclass
@@ -162,7 +145,7 @@ class _Segment:
     def read(self) -> None:
         """Read the file as far as it is sound."""
         try:
-            for chunk in chunks(self.file):
+            for chunk in read_chunks(self.file):
                 self._add_chunk(chunk)
         except (ValueError, struct.error) as error:
             self.note = f"cut off or damaged: {error}; everything before it was kept"
@@ -296,47 +279,6 @@ class _Segment:
         if self._open is not None:
             self.marks.append(Mark(*self._open, stop=row))
             self._open = None
-
-
-def _record(file: BinaryIO) -> tuple[int, bytes]:
-    """Return the next record of a file: its opcode and content; only chunks are read."""
-    head = file.read(9)
-    if len(head) < 9:
-        raise ValueError("the file ends without its index")
-    length = int.from_bytes(head[1:], "little")
-    if length > RECORD_LIMIT:
-        raise ValueError(f"a record of {length} bytes")
-    body = file.read(length)
-    if len(body) < length:
-        raise ValueError("the file ends within a record")
-    return head[0], body
-
-
-def _unpack_chunk(body: bytes) -> bytes:
-    """Return the uncompressed content of a chunk record, checked against its checksum."""
-    import zlib
-
-    import zstandard
-
-    size, crc, name_length = struct.unpack_from("<QII", body, 16)
-    if size > RECORD_LIMIT:
-        raise ValueError(f"a chunk of {size} bytes")
-    at = 32 + name_length
-    compression = body[32:at]
-    (length,) = struct.unpack_from("<Q", body, at)
-    packed = body[at + 8 : at + 8 + length]
-    if compression == b"zstd":
-        try:
-            data: bytes = zstandard.ZstdDecompressor().decompress(packed, max_output_size=size)
-        except zstandard.ZstdError as error:
-            raise ValueError(f"a damaged chunk: {error}") from None
-    elif compression == b"":
-        data = packed
-    else:
-        raise ValueError(f"compression {compression!r}, which Palpate does not write")
-    if len(data) != size or (crc and zlib.crc32(data) != crc):
-        raise ValueError("a chunk whose checksum is wrong")
-    return data
 
 
 def _limited(blocks: list[NDArray[np.float64]], count: int) -> Iterator[NDArray[np.float64]]:

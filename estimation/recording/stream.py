@@ -101,7 +101,7 @@ class MessageStream:
         done = threading.Event()
         self._queue.append(done)
         self._wake.set()
-        while not done.wait(1.0):
+        while not done.wait(0.1):
             if not self._thread.is_alive():
                 break
         self._fail_if_broken()
