@@ -21,7 +21,15 @@ from dynamics.robot import GripResult, SampleSink
 from dynamics.signals import Sample
 from dynamics.trajectory import Trajectory
 from models.robot import Revision
-from sim.scene import ARM_GAINS, GRIPPER_STIFFNESS, TIMESTEP, Fidelity, contact_saturation, scene_mjcf
+from sim.scene import (
+    ARM_GAINS,
+    GRIPPER_DAMPING,
+    GRIPPER_STIFFNESS,
+    TIMESTEP,
+    Fidelity,
+    contact_saturation,
+    scene_mjcf,
+)
 from sim.sensors import SensorModel, Sensors
 from sim.truth import TrueObject
 
@@ -32,6 +40,7 @@ _SETTLE = 0.4  # s for the object to come to rest on the table before the robot'
 _START_TOLERANCE = 0.02  # rad between where a trajectory starts and where the arm stands
 _STALL_MARGIN = 0.95  # share of the gripper's own force at which it stalls
 _MAX_FORCE = 60.0  # N, what the gripper can press
+_GRIP_ACCELERATION = 0.3  # m/s^2 of the pads
 _ELBOW_UP = np.radians([0.0, 20.0, 180.0, -110.0, 0.0, -50.0, 90.0])
 
 
@@ -74,11 +83,14 @@ class MujocoRobot:
         self._stiffness, self._damping = (np.array([g[i] for g in gains]) for i in (0, 1))
         self._armature = self._model.dof_armature[self._joints].copy()
         self._cranks = [self._model.joint(f"{side}_crank_joint").qposadr[0] for side in ("left", "right")]
+        cranks = [self._model.joint(f"{side}_crank_joint").dofadr[0] for side in ("left", "right")]
+        self._crank_dofs = np.array(cranks)
         self._open_angle = self._gripper.crank_angle(self._gripper.max_opening)
         self._grip_command = self._gripper.max_opening
         self._arm_command = solve_pose(self._arm, tool_down([0.42, 0.0, 0.38], 0.0), _ELBOW_UP)
         self._data.qpos[self._joints] = self._arm_command
         mujoco.mj_forward(self._model, self._data)
+        self._finger_inertia = _finger_inertia(self._model, self._data)
         self._clock_start = 0.0
         for _ in range(round(_SETTLE / TIMESTEP)):
             self._step()
@@ -138,7 +150,7 @@ class MujocoRobot:
         closing = opening < start
 
         def command(elapsed: float) -> bool:
-            travel = min(speed * elapsed, abs(opening - start))
+            travel = _ramped(elapsed, abs(opening - start), speed)
             self._grip_command = start + math.copysign(travel, opening - start)
             return travel >= abs(opening - start)
 
@@ -181,6 +193,7 @@ class MujocoRobot:
         data.ctrl[self._joints] = self._arm_command
         data.ctrl[self._arm.nv] = self._open_angle - self._gripper.crank_angle(self._grip_command)
         self._velocity_before = data.qvel[self._joints].copy()
+        self._crank_speed_before = data.qvel[self._crank_dofs].mean()
         mujoco.mj_step(self._model, data)
 
     def _sample(self, moving: bool) -> Sample:
@@ -214,7 +227,10 @@ class MujocoRobot:
     def _current(self) -> float:
         """Return the current that the closing gripper draws for its force [A]."""
         data, gripper = self._data, self._gripper
-        drive = data.actuator_force[self._arm.nv] - GRIPPER_STIFFNESS * TIMESTEP * data.ten_velocity[0]
+        speed = data.qvel[self._crank_dofs].mean()
+        change = speed - self._crank_speed_before
+        drive = data.actuator_force[self._arm.nv] - GRIPPER_STIFFNESS * TIMESTEP * speed - GRIPPER_DAMPING * change
+        drive -= self._finger_inertia * change / TIMESTEP
         lever = gripper.crank_length * math.cos(gripper.crank_angle(self._opening()))
         force = drive / 2 / lever
         friction = self._sensors.model.grip_friction
@@ -232,6 +248,31 @@ def _described(noise: SensorModel, fidelity: Fidelity) -> ParallelGripper:
         friction_force=noise.grip_friction,
         friction_force_sd=0.0,
     )
+
+
+def _ramped(elapsed: float, distance: float, speed: float) -> float:
+    """Return the way made after a time by a move that speeds up and slows down at a constant rate [m]."""
+    speed = min(speed, math.sqrt(distance * _GRIP_ACCELERATION))
+    if speed == 0:
+        return distance
+    ramp = speed / _GRIP_ACCELERATION
+    duration = distance / speed + ramp
+    if elapsed >= duration:
+        return distance
+    if elapsed < ramp:
+        return _GRIP_ACCELERATION * elapsed**2 / 2
+    if elapsed <= duration - ramp:
+        return speed * (elapsed - ramp / 2)
+    return distance - _GRIP_ACCELERATION * (duration - elapsed) ** 2 / 2
+
+
+def _finger_inertia(model: mujoco.MjModel, data: mujoco.MjData) -> float:
+    """Return the inertia that the drive of the gripper feels when both fingers move [kg m^2]."""
+    mass = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, mass)
+    names = [f"{side}_{part}_joint" for side in ("left", "right") for part in ("crank", "pad")]
+    fingers = np.array([model.joint(name).dofadr[0] for name in names])
+    return float(mass[np.ix_(fingers, fingers)].sum())
 
 
 def _scale_contact_weight(model: mujoco.MjModel, shortfall: float) -> None:

@@ -60,7 +60,7 @@ def read_truth(path: Path) -> TrueObject:
         young_modulus=table.number("young_modulus_pa", at_least=4e3, at_most=1.2e6, unit="Pa"),
         poisson=table.number("poisson", 0.0, at_least=0.0, at_most=0.45),
         friction=table.number("friction", 0.8, at_least=0.2, at_most=1.0),
-        damping=table.number("damping_s", 0.01, at_least=0.0, at_most=0.02, unit="s"),
+        damping=table.number("damping_s", 0.002, at_least=0.0, at_most=0.02, unit="s"),
         material=table.text("material", "unknown"),
     )
     table.done()
