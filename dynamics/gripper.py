@@ -26,6 +26,7 @@ class ParallelGripper:
         friction_force, friction_force_sd: pad force that friction swallows before any current rises above
             its value in air [N].
         stiffness: of fingers and pads in series with the object [N/m]; infinite if it does not matter.
+        stiffness_sd: its standard deviation [N/m].
         load_spread: what the pads' load does in the object: ``face`` when the whole face is compressed evenly,
             ``pad`` when pads smaller than the face indent it.
     """
@@ -48,6 +49,7 @@ class ParallelGripper:
     friction_force_sd: float = 0.0
     stiffness: float = math.inf
     load_spread: Literal["face", "pad"] = "pad"
+    stiffness_sd: float = 0.0
 
     @property
     def pad_area(self) -> float:
