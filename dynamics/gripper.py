@@ -27,6 +27,7 @@ class ParallelGripper:
             its value in air [N].
         tool_depth: distance of the arm's tool frame from the flange [m].
         stiffness: of fingers and pads in series with the object [N/m]; infinite if it does not matter.
+        stiffness_sd: its standard deviation [N/m].
         load_spread: what the pads' load does in the object: ``face`` when the whole face is compressed evenly,
             ``pad`` when pads smaller than the face indent it.
     """
@@ -50,6 +51,7 @@ class ParallelGripper:
     stiffness: float = math.inf
     tool_depth: float = 0.12
     load_spread: Literal["face", "pad"] = "pad"
+    stiffness_sd: float = 0.0
 
     @property
     def pad_area(self) -> float:
