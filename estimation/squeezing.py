@@ -1,7 +1,7 @@
 """What a squeeze tells: the phases of the action become a stiffness and measurements of elasticity and width.
 
 The motor current tells of force only while the gripper closes, so only readings of moving pads are used: those
-of ``close`` (through the air into contact) and of every ``compress``. The current in air comes from ``tare``.
+of ``close`` (through the air into contact) and of every ``compress``. The current in air comes from ``air``.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def measure_squeeze(
     Args:
         gripper: what closed on the object.
         shape, size: of the object: extents along the closing direction, across it, along the approach [m].
-        phases: of one squeeze: at least one ``tare`` and one ``close`` or ``compress``; others are not looked at.
+        phases: of one squeeze: at least one ``air`` and one ``close`` or ``compress``; others are not looked at.
         size_sd: standard deviations of the extents [m].
         poisson: Poisson's ratio of the object.
         rule: how force spreads in the object, see :func:`dynamics.compression.geometry_of`.
@@ -66,12 +66,12 @@ def measure_squeeze(
         NoContact: if the force never rose.
         InvalidInput: if a phase is missing or has no readings of moving pads, or a size is out of range.
     """
-    for name in ("tare", "compress"):
+    for name in ("air", "compress"):
         if not any(phase.name == name for phase in phases):
             raise InvalidInput(
                 "squeeze: phases", sorted({phase.name for phase in phases}), f"a phase named {name}"
             )
-    air, air_sd = air_current([phase.gripper() for phase in phases if phase.name == "tare"], gripper)
+    air, air_sd = air_current([phase.gripper() for phase in phases if phase.name == "air"], gripper)
     opening, effort = closing_readings(
         [phase.gripper() for phase in phases if phase.name in ("close", "compress")]
     )

@@ -234,7 +234,7 @@ class MujocoRobot:
         lever = gripper.crank_length * math.cos(gripper.crank_angle(self._opening()))
         force = drive / 2 / lever
         friction = self._sensors.model.grip_friction
-        return float(force + friction) / gripper.force_per_ampere
+        return max(float(force) - friction, 0.0) / gripper.force_per_ampere
 
 
 def _described(noise: SensorModel, fidelity: Fidelity) -> ParallelGripper:

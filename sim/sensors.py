@@ -134,7 +134,7 @@ class Sensors:
             dq=dq + model.velocity_noise * rng.standard_normal(len(q)),
             tau=read_tau,
             opening=_quantised(opening, model.opening_quantum),
-            effort=max(_quantised(effort, model.effort_quantum), 0.0),
+            effort=_quantised(effort, model.effort_quantum),
         )
 
 

@@ -111,7 +111,7 @@ class Hand:
         self.robot.grip(self.width, self.robot.gripper.max_speed, math.inf)
 
     def grasp(self, action: str) -> None:
-        """Descend around the object and close on it; leaves phases ``air`` (closing in air) and ``close``.
+        """Descend around the object and close on it; leaves phases ``air`` (closing in air) and ``grasp``.
 
         Raises:
             ActionFailed: ``missed``, if nothing is felt between the pads.
@@ -123,7 +123,7 @@ class Hand:
         near = min(self.width + 0.006 + 3 * self.declared.size_sd, gripper.max_opening)
         with self.tape.phase(action, "air") as air:
             self.robot.grip(near, gripper.min_speed, MAX_EFFORT)
-        with self.tape.phase(action, "close") as closing:
+        with self.tape.phase(action, "grasp") as closing:
             result = self.robot.grip((1 - GRIP_STRAIN) * self.width, gripper.min_speed, GRIP_EFFORT)
         self._is_laden = True
         self._air, self.closing = air, closing

@@ -12,9 +12,11 @@ from selection.actions.hand import MAX_EFFORT, Hand
 LIFT = 0.012  # m above the table: the pads swing as they close and would press the object into it
 STEP = 0.0015  # m of closing a step
 DWELL = 0.15  # s between steps
-CYCLES = 3
+TRAVEL = 0.03  # m of closing altogether: a stiff object gives little at a time and is squeezed more often
+MOST_CYCLES = 8
+LEAST_CYCLES = 3
 MAX_STRAIN = 0.42
-LEAST_STRAIN = 0.06  # to which the object is let spring back, if its weight allows
+LEAST_STRAIN = 0.03  # to which the object is let spring back, if its weight allows
 _LOOK = 0.3  # s of holding still to feel the weight
 _SLIPPERY = 0.4  # coefficient of friction that is counted on
 _SAFETY = 1.5  # on the grip force
@@ -22,7 +24,7 @@ _TABLE_SHEAR = 1.4  # closing on the table reads high by up to so much, for the 
 
 
 def perform(hand: Hand) -> None:
-    """Squeeze the object and put it back; leaves phases ``air``, ``close``, ``compress``, ``dwell``, ``release``.
+    """Squeeze the object and put it back; leaves phases ``air``, ``grasp``, ``compress``, ``dwell``, ``release``.
 
     The motor current tells of force only while the gripper moves, so the readings are in the steps themselves.
 
@@ -43,10 +45,15 @@ def perform(hand: Hand) -> None:
         hand.robot.hold(_LOOK)
     weight = 9.81 * max(hand.rough_payload(empty, laden), 0.0)
     start = _safe_opening(hand, closing, weight)
-    for _ in range(CYCLES):
+    travel, cycle = 0.0, 0
+    while cycle < LEAST_CYCLES or (travel < TRAVEL and cycle < MOST_CYCLES):
+        # Cycles start a share of the opening's step apart, so that its coarse reading does not fall alike in all.
+        shift = (cycle % LEAST_CYCLES) / LEAST_CYCLES * hand.robot.gripper.opening_quantum
+        opening = max(start - shift, hand.robot.read().opening)
         with hand.tape.phase("squeeze", "release"):
-            hand.robot.grip(max(start, hand.robot.read().opening), hand.robot.gripper.min_speed, math.inf)
-        _compress(hand)
+            hand.robot.grip(opening, hand.robot.gripper.min_speed, math.inf)
+        travel += _compress(hand)
+        cycle += 1
     with hand.tape.phase("squeeze", "look") as after:
         hand.robot.hold(_LOOK)
     left = 9.81 * hand.rough_payload(empty, after)
@@ -56,17 +63,19 @@ def perform(hand: Hand) -> None:
     hand.put_back("squeeze")
 
 
-def _compress(hand: Hand) -> None:
+def _compress(hand: Hand) -> float:
+    """Close by steps until the strain or the force is enough; return how far the pads came [m]."""
     gripper = hand.robot.gripper
-    opening = hand.robot.read().opening
-    while opening > (1 - MAX_STRAIN) * hand.width:
-        opening -= STEP
+    start = target = hand.robot.read().opening
+    while target > (1 - MAX_STRAIN) * hand.width:
+        target -= STEP
         with hand.tape.phase("squeeze", "compress"):
-            result = hand.robot.grip(max(opening, 0.0), gripper.min_speed, MAX_EFFORT)
+            result = hand.robot.grip(max(target, 0.0), gripper.min_speed, MAX_EFFORT)
         with hand.tape.phase("squeeze", "dwell"):
             hand.robot.hold(DWELL)
         if result is GripResult.STALLED:
-            return
+            break
+    return start - hand.robot.read().opening
 
 
 def _safe_opening(hand: Hand, closing: list[Sample], weight: float) -> float:
