@@ -71,9 +71,7 @@ class MujocoRobot:
         noise = noise or SensorModel()
         self._arm = Arm.gen3(revision, vision)
         self._gripper = _described(noise, fidelity)
-        self._model = mujoco.MjModel.from_xml_string(
-            scene_mjcf(truth, self._gripper, revision, vision, fidelity)
-        )
+        self._model = mujoco.MjModel.from_xml_string(scene_mjcf(truth, self._gripper, revision, vision, fidelity))
         _scale_contact_weight(self._model, contact_saturation(truth))
         self._data = mujoco.MjData(self._model)
         self._sensors = Sensors(noise, np.random.default_rng(seed), self._arm.nv, SAMPLE_STEPS * TIMESTEP)

@@ -198,7 +198,14 @@ def _add_looks(root: ET.Element) -> None:
     ET.SubElement(visual, "headlight", ambient="0.45 0.45 0.45", diffuse="0.45 0.45 0.45")
     asset = ET.SubElement(root, "asset")
     ET.SubElement(
-        asset, "texture", type="skybox", builtin="gradient", rgb1="0.96 0.97 0.98", rgb2="0.75 0.8 0.86", width="64", height="384"
+        asset,
+        "texture",
+        type="skybox",
+        builtin="gradient",
+        rgb1="0.96 0.97 0.98",
+        rgb2="0.75 0.8 0.86",
+        width="64",
+        height="384",
     )
     world = _child(root, "worldbody")
     ET.SubElement(world, "light", pos="0.3 -1 2", dir="0.1 0.5 -1", diffuse="0.5 0.5 0.5")
