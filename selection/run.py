@@ -67,7 +67,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--confidence",
         type=_probability,
-        default=0.95,
+        default=0.99,
         metavar="P",
         help="stop when a material is as probable as this",
     )
@@ -75,7 +75,7 @@ def _parser() -> argparse.ArgumentParser:
         "--budget", type=_seconds, default=math.inf, metavar="SECONDS", help="robot time to spend at most"
     )
     parser.add_argument(
-        "--price", type=_seconds, default=0.01, metavar="BITS", help="what a second of robot time is worth"
+        "--price", type=_seconds, default=0.005, metavar="BITS", help="what a second of robot time is worth"
     )
     parser.add_argument("--robot", default="sim", metavar="sim|kortex", help="which robot explores")
     parser.add_argument("--resume", type=Path, metavar="DIR", help="go on with an interrupted run")

@@ -165,6 +165,16 @@ class MujocoRobot:
         """Forget the listeners."""
         self._sinks.clear()
 
+    def picture(self, camera: str = "overview", width: int = 1080, height: int = 720) -> NDArray[np.uint8]:
+        """Return what a camera of the scene sees, (height, width, 3).
+
+        Needs OpenGL: set MUJOCO_GL to ``egl`` or ``osmesa`` before the first import where there is no display.
+        """
+        with mujoco.Renderer(self._model, height, width) as renderer:
+            renderer.update_scene(self._data, camera=camera)
+            pixels: NDArray[np.uint8] = renderer.render()
+            return pixels.copy()
+
     def _run(
         self,
         command: Callable[[float], bool],
