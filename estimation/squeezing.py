@@ -72,12 +72,11 @@ def measure_squeeze(
                 "squeeze: phases", sorted({phase.name for phase in phases}), f"a phase named {name}"
             )
     air, air_sd = air_current([phase.gripper() for phase in phases if phase.name == "tare"], gripper)
-    opening, effort = closing_readings(
-        [phase.gripper() for phase in phases if phase.name in ("close", "compress")]
-    )
+    quantum = gripper.opening_quantum if quantum_of(opening_grid(phases)) > 0 else 0.0
+    closing = [phase.gripper() for phase in phases if phase.name in ("close", "compress")]
+    opening, effort = closing_readings(closing, quantum)
     force = gripper.force_per_ampere * (effort - air)
     geometry = geometry_of(shape, size, gripper, poisson=poisson, rule=rule)
-    quantum = gripper.opening_quantum if quantum_of(opening_grid(phases)) > 0 else 0.0
     noise = CurveNoise(
         stress_sd=_force_sd(np.zeros(len(force)), gripper) / geometry.area,
         scale_known=False,
@@ -121,8 +120,10 @@ def air_current(tares: Sequence[GripperReadings], gripper: ParallelGripper) -> t
     return air, spread * math.sqrt(math.pi / 2 / len(effort)) + 1e-9
 
 
-def closing_readings(series: Sequence[GripperReadings]) -> tuple[Array, Array]:
-    """Return opening [m] and current [A] of the readings with closing pads, the opening between its steps too.
+def closing_readings(series: Sequence[GripperReadings], quantum: float) -> tuple[Array, Array]:
+    """Return opening [m] and current [A] of the readings with closing pads.
+
+    An opening that is reported in steps is interpolated between them.
 
     Raises:
         InvalidInput: if the pads hardly move.
@@ -131,8 +132,7 @@ def closing_readings(series: Sequence[GripperReadings]) -> tuple[Array, Array]:
     for readings in series:
         at = moving(readings)
         if at.any():
-            smooth = between_steps(readings)
-            openings.append(smooth[at])
+            openings.append((between_steps(readings) if quantum > 0 else readings.opening)[at])
             efforts.append(readings.effort[at])
     opening, effort = np.concatenate(openings), np.concatenate(efforts)
     if len(opening) < 7:

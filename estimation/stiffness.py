@@ -19,6 +19,7 @@ from estimation.stiffness_fit import (
     Fit,
     Prior,
     curve_of,
+    marginalise,
     predict,
     refine,
     scan_onset,
@@ -29,9 +30,18 @@ from estimation.stiffness_fit import (
 Array = NDArray[np.float64]
 
 MIN_TICKS = 10  # steps of the reported opening that a modulus needs
-MIN_READINGS = 5  # in contact
-CONTACT_EVIDENCE = 8.0  # log-likelihood ratio of contact over none
-MORE_EVIDENCE = 4.0  # log-likelihood that a curvature must gain beyond the information criterion
+MIN_READINGS = 7
+MIN_TOUCHING = 1.9  # readings that are no spikes, for contact to be believed
+CONTACT_EVIDENCE = 5.0  # slope over its standard deviation, for the same
+CURVED_TICKS = 20  # steps of the opening that a curvature needs
+MORE_EVIDENCE = 4.0  # log-likelihood that each curvature must gain beyond the information criterion
+READINGS_PER_CURVATURE = 10  # in contact
+CURVED = (False, True)
+CURVES = {  # which of the curvatures a2, a3 are tried, by the highest degree
+    1: ((False, False),),
+    2: ((False, False), (True, False)),
+    3: ((False, False), (True, False), (False, True), (True, True)),
+}
 TWO_SIDED, ONE_SIDED = 1.96, 1.645  # of 95 %
 DROP_TWO_SIDED, DROP_ONE_SIDED = 1.92, 1.353  # of the profile log-likelihood, for the same
 WIDE = 0.25  # relative sd beyond which an interval comes from the profile
@@ -90,8 +100,9 @@ class CurveNoise:
 class StiffnessEstimate:
     """A material's stiffness.
 
-    The curve is S(h) = E (h + a2 h^2 + a3 h^3) over h(strain), strain counted from the onset; its degree is 1
-    unless the readings call for more.
+    Young's modulus is the slope at the onset of S(h) = E (h + a2 h^2 + a3 h^3) over h(strain), with a2 = a3 = 0
+    unless the readings call for curvature. Every other modulus is one of the curve's, which has an a3 wherever the
+    compression is enough for it: a line is the better guess of E, a curve the safer one of a slope further up.
 
     Attributes:
         young_modulus: E, the slope at the onset [Pa]; NaN where only a bound is known.
@@ -104,7 +115,8 @@ class StiffnessEstimate:
         spike_rate: estimated share of the readings that are spikes.
         weights: probability of each loading reading to be no spike, (N,).
         noise_sd: median standard deviation of a stress reading [Pa].
-        fit: the fitted curve.
+        fit: what E was read from.
+        curve: what the other moduli are read from; strain counts from its onset.
         geometry: how the curve was made.
     """
 
@@ -120,6 +132,7 @@ class StiffnessEstimate:
     weights: Array
     noise_sd: float
     fit: Fit
+    curve: Fit
     geometry: Geometry
 
     @property
@@ -131,15 +144,15 @@ class StiffnessEstimate:
     def max_slope(self) -> float:
         """Largest tangent modulus over the strains that were reached [Pa]."""
         h = self.geometry.law_of(np.linspace(0.0, self.max_strain, 200))
-        return float(np.max(slope_of(self.fit.parameters, h)))
+        return float(np.max(slope_of(self.curve.parameters, h)))
 
     def stress(self, strain: float) -> float:
         """Return the curve's stress at a strain from the onset [Pa]."""
-        return float(curve_of(self.fit.parameters, self._h(strain))[0])
+        return float(curve_of(self.curve.parameters, self._h(strain))[0])
 
     def tangent(self, strain: float) -> float:
         """Return the tangent modulus dS/dh at a strain from the onset [Pa]."""
-        return float(slope_of(self.fit.parameters, self._h(strain))[0])
+        return float(slope_of(self.curve.parameters, self._h(strain))[0])
 
     def chord(self, a: float, b: float) -> float:
         """Return the chord modulus (S(b) - S(a)) / (h(b) - h(a)) between two strains from the onset [Pa].
@@ -159,13 +172,13 @@ class StiffnessEstimate:
     def tangent_sd(self, strain: float) -> float:
         """Return the standard deviation of the tangent modulus, with that of the calibration [Pa]."""
         h = float(self._h(strain)[0])
-        x = self.fit.parameters
+        x = self.curve.parameters
         row = np.zeros(len(x))
         row[MODULUS] = slope_of(x, np.array([h]))[0] / x[MODULUS]
         for power in range(2, 2 + len(x) - CURVE):
             row[CURVE + power - 2] = x[MODULUS] * power * h ** (power - 1)
         gain = self.tangent(strain) * self._gain_sd
-        return math.sqrt(float(row @ self.fit.covariance @ row) + gain**2)
+        return math.sqrt(float(row @ self.curve.covariance @ row) + gain**2)
 
     @property
     def _gain_sd(self) -> float:
@@ -189,9 +202,10 @@ def estimate_stiffness(
 ) -> StiffnessEstimate:
     """Estimate Young's modulus from the loading part of a stress-strain curve.
 
-    The most probable curve of :mod:`estimation.stiffness_fit` under a mixture of noise and spikes. Its degree is
-    the one with the least Bayesian information criterion. A series compliance c of gripper and pads, from the
-    geometry, is part of the model, 1/E_apparent = 1/E + c, and its uncertainty part of the interval.
+    The most probable curve of :mod:`estimation.stiffness_fit` under a mixture of noise and spikes: a line, or one
+    with curvature where the Bayesian information criterion calls for it, and some more evidence with it. A series
+    compliance c of gripper and pads, from the geometry, is part of the model, 1/E_apparent = 1/E + c, and its
+    uncertainty part of the interval.
 
     Args:
         curve: in the order it was read; unloading may follow, readings before contact should precede.
@@ -205,8 +219,8 @@ def estimate_stiffness(
         TooLittleCompression: if the opening moved less than ``min_ticks`` steps in contact.
         InvalidInput: for too few readings, or contact at an opening larger than the object.
     """
-    if len(curve) < MIN_READINGS + 2:
-        raise InvalidInput("stiffness: readings", len(curve), f"at least {MIN_READINGS + 2}")
+    if len(curve) < MIN_READINGS:
+        raise InvalidInput("stiffness: readings", len(curve), f"at least {MIN_READINGS}")
     if not 1 <= max_degree <= 3:
         raise InvalidInput("stiffness: max_degree", max_degree, "1, 2 or 3")
     strain, stress, sd, noise = _loading(curve, noise)
@@ -229,8 +243,11 @@ def estimate_stiffness(
     _check_contact(strain, stress, sd, geometry, apparent, noise)
     compression = float(np.max(strain) - apparent.parameters[ONSET]) * geometry.width
     _check_ticks(apparent, compression, geometry, noise, min_ticks, float(np.median(sd)))
-    fit = _choose(strain, stress, sd, geometry, apparent, prior, noise.scale_known, max_degree)
-    return _result(strain, stress, sd, geometry, fit, prior, noise)
+    if noise.strain_quantum * CURVED_TICKS > compression / geometry.width:
+        max_degree = 1
+    fit, prior, bent = _choose(strain, stress, sd, geometry, apparent, prior, noise.scale_known, max_degree)
+    fit = marginalise(fit, strain, stress, sd, geometry, prior)
+    return _result(strain, stress, sd, geometry, fit, prior, bent, noise)
 
 
 def _loading(curve: StressStrain, noise: CurveNoise | None) -> tuple[Array, Array, Array, CurveNoise]:
@@ -240,7 +257,7 @@ def _loading(curve: StressStrain, noise: CurveNoise | None) -> tuple[Array, Arra
         span = float(np.max(stress) - np.min(stress))
         noise = CurveNoise(max(spread_of(stress), 1e-6 * span, 1e-12), False, quantum_of(strain))
     sd = np.broadcast_to(np.asarray(noise.stress_sd, dtype=np.float64), stress.shape)
-    end = max(_end_of_loading(strain, stress), min(len(stress), MIN_READINGS + 2))
+    end = max(_end_of_loading(strain, stress), min(len(stress), MIN_READINGS))
     return strain[:end], stress[:end], np.array(sd[:end]), noise
 
 
@@ -284,20 +301,24 @@ def _rigid(prior: Prior) -> Prior:
     return Prior(mean, sd)
 
 
+def _grown(prior: Prior, curvatures: tuple[bool, bool]) -> Prior:
+    """Return a prior with curvatures a2 and a3 that are unknown, or 0."""
+    return Prior(
+        np.concatenate([prior.mean, np.zeros(2)]),
+        np.concatenate([prior.sd, [math.inf if free else 0.0 for free in curvatures]]),
+    )
+
+
 def _check_contact(
     strain: Array, stress: Array, sd: Array, geometry: Geometry, fit: Fit, noise: CurveNoise
 ) -> None:
-    in_contact = strain > fit.parameters[ONSET]
-    scaled = sd * fit.scale
-    level = float(np.median(stress))
-    without = np.minimum(0.5 * ((stress - level) / scaled) ** 2, 12.0)
-    with_contact = np.minimum(0.5 * ((stress - predict(fit.parameters, strain, geometry)[0]) / scaled) ** 2, 12.0)
-    evidence = float(np.sum(without - with_contact))
-    if evidence < CONTACT_EVIDENCE or int(in_contact.sum()) < 2:
+    touching = float(np.sum(fit.weights[strain > fit.parameters[ONSET]]))
+    modulus, spread = float(fit.parameters[MODULUS]), math.sqrt(max(float(fit.covariance[MODULUS, MODULUS]), 0.0))
+    if touching < MIN_TOUCHING or not modulus > CONTACT_EVIDENCE * spread:
         raise NoContact(
             "stiffness: stress",
-            f"a rise of evidence {evidence:.1f}",
-            f"at least {CONTACT_EVIDENCE} over its noise",
+            f"a slope of {modulus:.3g} +- {spread:.3g} Pa over {touching:.0f} readings",
+            f"a slope over {CONTACT_EVIDENCE:g} times its uncertainty, over 2 readings or more",
         )
     onset = geometry.width * (1 - fit.parameters[ONSET])
     spread = geometry.width * math.sqrt(max(float(fit.covariance[ONSET, ONSET]), 0.0))
@@ -336,6 +357,7 @@ def _check_ticks(
         weights=fit.weights,
         noise_sd=sd * fit.scale,
         fit=fit,
+        curve=fit,
         geometry=geometry,
     )
     raise TooLittleCompression(
@@ -360,48 +382,55 @@ def _choose(
     prior: Prior,
     scale_known: bool,
     max_degree: int,
-) -> Fit:
-    """Return the curve of the degree with the least information criterion."""
+) -> tuple[Fit, Prior, Fit]:
+    """Return the fit with the least information criterion, the prior it was fitted with, and a curved fit."""
     count = int(np.sum(strain > apparent.parameters[ONSET]))
-    best: Fit | None = None
-    score = math.inf
-    x = apparent.parameters.copy()
-    c = prior.mean[COMPLIANCE]
-    x[COMPLIANCE] = c
+    x = np.concatenate([apparent.parameters, np.zeros(2)])
+    c = float(prior.mean[COMPLIANCE])
     if c > 0:  # 1/E = 1/E_apparent - c, kept away from where nothing is left of it
         x[MODULUS] = 1 / max(1 / x[MODULUS] - c, 0.02 / x[MODULUS])
-    for degree in range(1, max_degree + 1):
-        if degree > 1 and count < 6 * degree:
-            break
-        more = np.zeros(degree - 1)
-        grown = Prior(
-            np.concatenate([prior.mean, more]), np.concatenate([prior.sd, np.full(degree - 1, math.inf)])
-        )
+    best: tuple[Fit, Prior] | None = None
+    curve: Fit | None = None
+    score = math.inf
+    for curvatures in CURVES[max_degree]:
+        free = sum(curvatures)
+        if count < READINGS_PER_CURVATURE * free:
+            continue
+        grown = _grown(prior, curvatures)
         fit = refine(
-            strain, stress, sd, geometry, np.concatenate([x, more]), grown,
-            scale_known=scale_known, scale=apparent.scale,
+            strain, stress, sd, geometry, x, grown, scale_known=scale_known, scale=apparent.scale
         )  # fmt: skip
         h = geometry.law_of(np.linspace(0, float(np.max(strain)) - fit.parameters[ONSET], 50))
-        if degree > 1 and np.min(slope_of(fit.parameters, h)) <= 0:
+        if free and np.min(slope_of(fit.parameters, h)) <= 0:
             continue
-        penalty = -fit.log_likelihood + 0.5 * (degree - 1) * math.log(max(len(strain), 2))
-        if penalty < score - (MORE_EVIDENCE if degree > 1 else 0.0):
-            best, score = fit, penalty
-    assert best is not None  # degree 1 always scores
-    return best
+        criterion = -fit.log_likelihood + free * (0.5 * math.log(len(strain)) + MORE_EVIDENCE)
+        if criterion < score:
+            best, score = (fit, grown), criterion
+        if curvatures == CURVED:
+            curve = fit
+    assert best is not None  # the straight line always scores
+    straight = best[1].sd[CURVE:].max() == 0
+    return *best, (curve if straight and curve is not None else best[0])
 
 
 def _result(
-    strain: Array, stress: Array, sd: Array, geometry: Geometry, fit: Fit, prior: Prior, noise: CurveNoise
+    strain: Array,
+    stress: Array,
+    sd: Array,
+    geometry: Geometry,
+    fit: Fit,
+    prior: Prior,
+    bent: Fit,
+    noise: CurveNoise,
 ) -> StiffnessEstimate:
     x, covariance = fit.parameters, fit.covariance
     modulus = float(x[MODULUS])
     reading = math.sqrt(max(float(covariance[MODULUS, MODULUS]), 0.0))
     reached = max(float(np.max(strain)) - float(x[ONSET]), 1e-12)
     common = math.hypot(noise.gain_sd, geometry.kappa_sd / geometry.kappa)
-    # A staircase of k steps can tilt a line by 1/k^2: its error is no noise but follows the strain.
-    steps = noise.strain_quantum / reached
-    reading = math.hypot(reading, modulus * steps**2)
+    # The error of a staircase is no noise but follows the strain: over k steps of sd q/sqrt(12) each, a line tilts
+    # by sqrt(12) / sqrt(k) (q/sqrt(12)) / (k q) = k^-1.5.
+    reading = math.hypot(reading, modulus * (noise.strain_quantum / reached) ** 1.5)
     relative = math.hypot(reading / modulus, common) if math.isfinite(reading) else math.inf
     interval = (modulus * math.exp(-TWO_SIDED * relative), modulus * math.exp(min(TWO_SIDED * relative, 700.0)))
     bound = None
@@ -424,6 +453,7 @@ def _result(
         weights=fit.weights,
         noise_sd=float(np.median(sd)) * fit.scale,
         fit=fit,
+        curve=bent,
         geometry=geometry,
     )
 
@@ -432,9 +462,7 @@ def _profile(
     strain: Array, stress: Array, sd: Array, geometry: Geometry, fit: Fit, prior: Prior
 ) -> tuple[float, float, float]:
     """Return the 95 % interval of the modulus and its one-sided lower bound, from the profile likelihood [Pa]."""
-    degree = len(fit.parameters) - CURVE
-    mean = np.concatenate([prior.mean, np.zeros(degree)])
-    spread = np.concatenate([prior.sd, np.full(degree, math.inf)])
+    mean, spread = prior.mean.copy(), prior.sd.copy()
     spread[MODULUS] = 0.0
     start = fit.parameters.copy()
 
