@@ -3,9 +3,9 @@
     kappa = F / (A_pad E e)
 
 for the force F at the strain e. The table holds kappa for pads that hold the surface sideways and for pads that
-slip, over Poisson's ratio, slenderness L / sqrt(B H), face ratio H / B, and the pad's shares a / B and b / H of the
-face. Its values are Richardson's extrapolation 2 k(12) - k(6) of :class:`dynamics.elasticity.PressedBlock` with 12
-and 6 cells per half extent: the corner under a pad's edge makes the error of k(n) proportional to 1 / n.
+slip, over Poisson's ratio, slenderness L / sqrt(B H), face ratio H / B, and the shares a / B and b / H of the face.
+Its values are Richardson's extrapolation 2 k(12) - k(6) of :class:`dynamics.elasticity.PressedBlock` with 12 and 6
+cells per half extent: the corner under a pad's edge makes the error of k(n) proportional to 1 / n.
 ``python -m dynamics.indentation FILE`` computes the table again.
 """
 
@@ -116,13 +116,14 @@ def _table() -> Array:
     return np.log(np.array(rows)).reshape(shape)
 
 
-def _interpolate(table: Array, axes: Sequence[Array], place: Sequence[float]) -> Array:
+def _interpolate(values: Array, axes: Sequence[Array], place: Sequence[float]) -> Array:
     """Return a table's last axis at a place, linear along every other axis and constant beyond their ends."""
+    table: Array = values
     for axis, at in zip(axes, place, strict=True):
         upper = int(np.clip(np.searchsorted(axis, at), 1, len(axis) - 1))
         share = float(np.clip((at - axis[upper - 1]) / (axis[upper] - axis[upper - 1]), 0.0, 1.0))
-        table = (1 - share) * table[upper - 1] + share * table[upper]
-    return np.asarray(table)
+        table = np.asarray((1 - share) * table[upper - 1] + share * table[upper])
+    return table
 
 
 if __name__ == "__main__":

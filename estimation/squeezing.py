@@ -18,14 +18,9 @@ from dynamics.errors import InvalidInput
 from dynamics.gripper import ParallelGripper
 from dynamics.signals import GripperReadings, Phase
 from estimation.measurement import Measurement
-from estimation.stiffness import (
-    CurveNoise,
-    StiffnessEstimate,
-    TooLittleCompression,
-    estimate_stiffness,
-    quantum_of,
-)
+from estimation.stiffness import CurveNoise, StiffnessEstimate, TooLittleCompression, estimate_stiffness
 from estimation.stiffness_fit import predict
+from estimation.stiffness_noise import quantum_of
 
 Array = NDArray[np.float64]
 
