@@ -13,7 +13,7 @@ from typing import Any
 
 from dynamics.errors import InvalidInput
 from estimation.measurement import Measurement
-from estimation.units import parse_unit
+from estimation.foreign_units import parse_unit
 
 
 @dataclass(frozen=True)
