@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from dynamics.errors import InvalidInput
-from estimation.measurement import Measurement
 from estimation.foreign_units import parse_unit
+from estimation.measurement import Measurement
 
 
 @dataclass(frozen=True)
