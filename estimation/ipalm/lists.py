@@ -98,7 +98,7 @@ def to_measurement(
         unit = parse_unit(units, where)
         measurement = Measurement(name, unit.to_si(number), unit.to_si(deviation), unit.si)
     except InvalidInput as error:
-        notes.append(f"left out: {error}"[:200])
+        notes.append(f"{where}: left out: {error}"[:300])
         return None
     if unit.note:
         notes.append(unit.note)
