@@ -139,7 +139,7 @@ class Store:
         )
         with self._errors():
             rows = self._database.execute(query, (object_name, since, text)).fetchall()
-        return tuple(Run(*row[:-2], config=json.loads(row[-2]), problem=row[-1]) for row in rows)
+        return tuple(_run(*row) for row in rows)
 
     def run(self, name: str) -> Run:
         """Return one run.
@@ -166,11 +166,7 @@ class Store:
         with self._errors():
             rows = self._database.execute(query, (property_name,)).fetchall()
         wanted = None if runs is None else set(runs)
-        return tuple(
-            Found(*row[:4], measurement=Measurement(*row[4:]))
-            for row in rows
-            if wanted is None or row[0] in wanted
-        )
+        return tuple(_found(*row) for row in rows if wanted is None or row[0] in wanted)
 
     def objects(self, runs: Sequence[str] | None = None) -> tuple[MeasuredObject, ...]:
         """Return what was measured of every object, for a measurement list."""
@@ -246,3 +242,15 @@ def _stamp(directory: Path) -> str:
     """Return what changes when a run does: sizes and times of its files."""
     files = sorted([*directory.glob("run*.mcap"), directory / "result.json"])
     return ";".join(f"{f.name}:{f.stat().st_size}:{f.stat().st_mtime_ns}" for f in files if f.exists())
+
+
+def _run(*row: Any) -> Run:
+    *known, config, problem = row
+    name, object_name, started, seconds, state, material, probability = known
+    return Run(name, object_name, started, seconds, state, material, probability, json.loads(config), problem)
+
+
+def _found(*row: Any) -> Found:
+    run, object_name, time, action, *value = row
+    name, mean, sd, unit = value
+    return Found(run, object_name, time, action, Measurement(name, mean, sd, unit))
