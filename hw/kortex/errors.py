@@ -100,7 +100,9 @@ class RpcError(KortexError):
         self.method, self.code, self.sub_code, self.text = method, code, sub_code, text
         kind = ERROR_CODES.get(code, f"CODE_{code}")
         words = f": {text}" if text else ""
-        super().__init__(f"{method} was refused by the arm: {kind} / {sub_code_name(sub_code)} ({sub_code}){words}")
+        super().__init__(
+            f"{method} was refused by the arm: {kind} / {sub_code_name(sub_code)} ({sub_code}){words}"
+        )
 
 
 class LoginRefused(RpcError):

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from google.protobuf.message import DecodeError, Message
 
 from hw.kortex import messages_pb2 as pb
 from hw.kortex.errors import FrameError, rpc_error
 from hw.kortex.frame import Frame, FrameType
-from hw.kortex.methods import Method
+from hw.kortex.methods import A, Method
 
 M = TypeVar("M", bound=Message)
 
@@ -54,7 +54,7 @@ def session_request(credentials: Credentials, timeouts: Timeouts) -> pb.CreateSe
     )
 
 
-def request_frame(method: Method, message: Message, number: int, session: int, device: int = 0) -> Frame:
+def request_frame(method: Method[Any, Any], message: Message, number: int, session: int, device: int = 0) -> Frame:
     """Return the frame of a request."""
     if not isinstance(message, method.request):
         raise TypeError(f"{method.name} takes {method.request.__name__}, not {type(message).__name__}")
@@ -73,7 +73,7 @@ def parse(kind: type[M], payload: bytes, where: str) -> M:
         raise FrameError(f"{where}: {len(payload)} bytes that are no {kind.__name__}") from None
 
 
-def answer(method: Method, frame: Frame) -> Message:
+def answer(method: Method[Any, A], frame: Frame) -> A:
     """Return the message of an answer.
 
     Raises:

@@ -36,6 +36,7 @@ def generate() -> dict[str, str]:
     python = re.sub(r"^from google\.protobuf import runtime_version.*\n", "", python, flags=re.MULTILINE)
     python = re.sub(r"^_runtime_version\.Validate\w+\((?s:.*?)^\)\n", "", python, flags=re.MULTILINE)
     python = re.sub(r"^# Protobuf Python Version:.*\n", "", python, flags=re.MULTILINE)
+    types = types.replace("_Mapping]", "_Mapping[str, object]]")
     return dict(zip(OUTPUTS, (python, types), strict=True))
 
 

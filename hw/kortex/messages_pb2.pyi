@@ -24,7 +24,7 @@ class Frame(_message.Message):
     PAYLOAD_FIELD_NUMBER: _ClassVar[int]
     header: Header
     payload: bytes
-    def __init__(self, header: _Optional[_Union[Header, _Mapping]] = ..., payload: _Optional[bytes] = ...) -> None: ...
+    def __init__(self, header: _Optional[_Union[Header, _Mapping[str, object]]] = ..., payload: _Optional[bytes] = ...) -> None: ...
 
 class Error(_message.Message):
     __slots__ = ("error_code", "error_sub_code", "error_sub_string")
@@ -66,7 +66,7 @@ class DeviceHandles(_message.Message):
     __slots__ = ("device_handle",)
     DEVICE_HANDLE_FIELD_NUMBER: _ClassVar[int]
     device_handle: _containers.RepeatedCompositeFieldContainer[DeviceHandle]
-    def __init__(self, device_handle: _Optional[_Iterable[_Union[DeviceHandle, _Mapping]]] = ...) -> None: ...
+    def __init__(self, device_handle: _Optional[_Iterable[_Union[DeviceHandle, _Mapping[str, object]]]] = ...) -> None: ...
 
 class ProductConfiguration(_message.Message):
     __slots__ = ("serial", "model", "degrees_of_freedom", "base_type", "end_effector_type", "vision_module_type", "interface_module_type", "arm_laterality", "wrist_type", "brake_type")
@@ -150,7 +150,7 @@ class ActionNotification(_message.Message):
     action_event: int
     handle: ActionHandle
     abort_details: int
-    def __init__(self, action_event: _Optional[int] = ..., handle: _Optional[_Union[ActionHandle, _Mapping]] = ..., abort_details: _Optional[int] = ...) -> None: ...
+    def __init__(self, action_event: _Optional[int] = ..., handle: _Optional[_Union[ActionHandle, _Mapping[str, object]]] = ..., abort_details: _Optional[int] = ...) -> None: ...
 
 class JointAngle(_message.Message):
     __slots__ = ("joint_identifier", "value")
@@ -164,7 +164,7 @@ class JointAngles(_message.Message):
     __slots__ = ("joint_angles",)
     JOINT_ANGLES_FIELD_NUMBER: _ClassVar[int]
     joint_angles: _containers.RepeatedCompositeFieldContainer[JointAngle]
-    def __init__(self, joint_angles: _Optional[_Iterable[_Union[JointAngle, _Mapping]]] = ...) -> None: ...
+    def __init__(self, joint_angles: _Optional[_Iterable[_Union[JointAngle, _Mapping[str, object]]]] = ...) -> None: ...
 
 class JointTrajectoryConstraint(_message.Message):
     __slots__ = ("type", "value")
@@ -180,7 +180,7 @@ class ConstrainedJointAngles(_message.Message):
     CONSTRAINT_FIELD_NUMBER: _ClassVar[int]
     joint_angles: JointAngles
     constraint: JointTrajectoryConstraint
-    def __init__(self, joint_angles: _Optional[_Union[JointAngles, _Mapping]] = ..., constraint: _Optional[_Union[JointTrajectoryConstraint, _Mapping]] = ...) -> None: ...
+    def __init__(self, joint_angles: _Optional[_Union[JointAngles, _Mapping[str, object]]] = ..., constraint: _Optional[_Union[JointTrajectoryConstraint, _Mapping[str, object]]] = ...) -> None: ...
 
 class AngularWaypoint(_message.Message):
     __slots__ = ("angles", "maximum_velocities", "duration")
@@ -198,7 +198,7 @@ class Waypoint(_message.Message):
     ANGULAR_WAYPOINT_FIELD_NUMBER: _ClassVar[int]
     name: str
     angular_waypoint: AngularWaypoint
-    def __init__(self, name: _Optional[str] = ..., angular_waypoint: _Optional[_Union[AngularWaypoint, _Mapping]] = ...) -> None: ...
+    def __init__(self, name: _Optional[str] = ..., angular_waypoint: _Optional[_Union[AngularWaypoint, _Mapping[str, object]]] = ...) -> None: ...
 
 class WaypointList(_message.Message):
     __slots__ = ("waypoints", "duration", "use_optimal_blending")
@@ -208,7 +208,7 @@ class WaypointList(_message.Message):
     waypoints: _containers.RepeatedCompositeFieldContainer[Waypoint]
     duration: float
     use_optimal_blending: bool
-    def __init__(self, waypoints: _Optional[_Iterable[_Union[Waypoint, _Mapping]]] = ..., duration: _Optional[float] = ..., use_optimal_blending: _Optional[bool] = ...) -> None: ...
+    def __init__(self, waypoints: _Optional[_Iterable[_Union[Waypoint, _Mapping[str, object]]]] = ..., duration: _Optional[float] = ..., use_optimal_blending: _Optional[bool] = ...) -> None: ...
 
 class TrajectoryErrorElement(_message.Message):
     __slots__ = ("error_type", "error_value", "min_value", "max_value", "index", "message", "waypoint_index")
@@ -232,7 +232,7 @@ class TrajectoryErrorReport(_message.Message):
     __slots__ = ("trajectory_error_elements",)
     TRAJECTORY_ERROR_ELEMENTS_FIELD_NUMBER: _ClassVar[int]
     trajectory_error_elements: _containers.RepeatedCompositeFieldContainer[TrajectoryErrorElement]
-    def __init__(self, trajectory_error_elements: _Optional[_Iterable[_Union[TrajectoryErrorElement, _Mapping]]] = ...) -> None: ...
+    def __init__(self, trajectory_error_elements: _Optional[_Iterable[_Union[TrajectoryErrorElement, _Mapping[str, object]]]] = ...) -> None: ...
 
 class WaypointValidationReport(_message.Message):
     __slots__ = ("trajectory_error_report", "optimal_waypoint_list")
@@ -240,7 +240,7 @@ class WaypointValidationReport(_message.Message):
     OPTIMAL_WAYPOINT_LIST_FIELD_NUMBER: _ClassVar[int]
     trajectory_error_report: TrajectoryErrorReport
     optimal_waypoint_list: WaypointList
-    def __init__(self, trajectory_error_report: _Optional[_Union[TrajectoryErrorReport, _Mapping]] = ..., optimal_waypoint_list: _Optional[_Union[WaypointList, _Mapping]] = ...) -> None: ...
+    def __init__(self, trajectory_error_report: _Optional[_Union[TrajectoryErrorReport, _Mapping[str, object]]] = ..., optimal_waypoint_list: _Optional[_Union[WaypointList, _Mapping[str, object]]] = ...) -> None: ...
 
 class Action(_message.Message):
     __slots__ = ("handle", "name", "reach_joint_angles", "execute_waypoint_list")
@@ -252,7 +252,7 @@ class Action(_message.Message):
     name: str
     reach_joint_angles: ConstrainedJointAngles
     execute_waypoint_list: WaypointList
-    def __init__(self, handle: _Optional[_Union[ActionHandle, _Mapping]] = ..., name: _Optional[str] = ..., reach_joint_angles: _Optional[_Union[ConstrainedJointAngles, _Mapping]] = ..., execute_waypoint_list: _Optional[_Union[WaypointList, _Mapping]] = ...) -> None: ...
+    def __init__(self, handle: _Optional[_Union[ActionHandle, _Mapping[str, object]]] = ..., name: _Optional[str] = ..., reach_joint_angles: _Optional[_Union[ConstrainedJointAngles, _Mapping[str, object]]] = ..., execute_waypoint_list: _Optional[_Union[WaypointList, _Mapping[str, object]]] = ...) -> None: ...
 
 class RequestedActionType(_message.Message):
     __slots__ = ("action_type",)
@@ -264,7 +264,7 @@ class ActionList(_message.Message):
     __slots__ = ("action_list",)
     ACTION_LIST_FIELD_NUMBER: _ClassVar[int]
     action_list: _containers.RepeatedCompositeFieldContainer[Action]
-    def __init__(self, action_list: _Optional[_Iterable[_Union[Action, _Mapping]]] = ...) -> None: ...
+    def __init__(self, action_list: _Optional[_Iterable[_Union[Action, _Mapping[str, object]]]] = ...) -> None: ...
 
 class Finger(_message.Message):
     __slots__ = ("finger_identifier", "value")
@@ -278,7 +278,7 @@ class Gripper(_message.Message):
     __slots__ = ("finger",)
     FINGER_FIELD_NUMBER: _ClassVar[int]
     finger: _containers.RepeatedCompositeFieldContainer[Finger]
-    def __init__(self, finger: _Optional[_Iterable[_Union[Finger, _Mapping]]] = ...) -> None: ...
+    def __init__(self, finger: _Optional[_Iterable[_Union[Finger, _Mapping[str, object]]]] = ...) -> None: ...
 
 class GripperCommand(_message.Message):
     __slots__ = ("mode", "gripper", "duration")
@@ -288,7 +288,7 @@ class GripperCommand(_message.Message):
     mode: int
     gripper: Gripper
     duration: int
-    def __init__(self, mode: _Optional[int] = ..., gripper: _Optional[_Union[Gripper, _Mapping]] = ..., duration: _Optional[int] = ...) -> None: ...
+    def __init__(self, mode: _Optional[int] = ..., gripper: _Optional[_Union[Gripper, _Mapping[str, object]]] = ..., duration: _Optional[int] = ...) -> None: ...
 
 class GripperRequest(_message.Message):
     __slots__ = ("mode",)
@@ -312,7 +312,7 @@ class PayloadInformation(_message.Message):
     PAYLOAD_MASS_CENTER_FIELD_NUMBER: _ClassVar[int]
     payload_mass: float
     payload_mass_center: Position
-    def __init__(self, payload_mass: _Optional[float] = ..., payload_mass_center: _Optional[_Union[Position, _Mapping]] = ...) -> None: ...
+    def __init__(self, payload_mass: _Optional[float] = ..., payload_mass_center: _Optional[_Union[Position, _Mapping[str, object]]] = ...) -> None: ...
 
 class CartesianTransform(_message.Message):
     __slots__ = ("x", "y", "z", "theta_x", "theta_y", "theta_z")
@@ -338,7 +338,7 @@ class ToolConfiguration(_message.Message):
     tool_transform: CartesianTransform
     tool_mass: float
     tool_mass_center: Position
-    def __init__(self, tool_transform: _Optional[_Union[CartesianTransform, _Mapping]] = ..., tool_mass: _Optional[float] = ..., tool_mass_center: _Optional[_Union[Position, _Mapping]] = ...) -> None: ...
+    def __init__(self, tool_transform: _Optional[_Union[CartesianTransform, _Mapping[str, object]]] = ..., tool_mass: _Optional[float] = ..., tool_mass_center: _Optional[_Union[Position, _Mapping[str, object]]] = ...) -> None: ...
 
 class KinematicLimits(_message.Message):
     __slots__ = ("control_mode", "twist_linear", "twist_angular", "joint_speed_limits", "joint_acceleration_limits")
@@ -464,7 +464,7 @@ class GripperFeedback(_message.Message):
     warning_bank_a: int
     warning_bank_b: int
     motor: _containers.RepeatedCompositeFieldContainer[MotorFeedback]
-    def __init__(self, status_flags: _Optional[int] = ..., fault_bank_a: _Optional[int] = ..., fault_bank_b: _Optional[int] = ..., warning_bank_a: _Optional[int] = ..., warning_bank_b: _Optional[int] = ..., motor: _Optional[_Iterable[_Union[MotorFeedback, _Mapping]]] = ...) -> None: ...
+    def __init__(self, status_flags: _Optional[int] = ..., fault_bank_a: _Optional[int] = ..., fault_bank_b: _Optional[int] = ..., warning_bank_a: _Optional[int] = ..., warning_bank_b: _Optional[int] = ..., motor: _Optional[_Iterable[_Union[MotorFeedback, _Mapping[str, object]]]] = ...) -> None: ...
 
 class InterconnectFeedback(_message.Message):
     __slots__ = ("status_flags", "jitter_comm", "imu_acceleration_x", "imu_acceleration_y", "imu_acceleration_z", "voltage", "temperature_core", "fault_bank_a", "fault_bank_b", "warning_bank_a", "warning_bank_b", "gripper_feedback")
@@ -492,7 +492,7 @@ class InterconnectFeedback(_message.Message):
     warning_bank_a: int
     warning_bank_b: int
     gripper_feedback: GripperFeedback
-    def __init__(self, status_flags: _Optional[int] = ..., jitter_comm: _Optional[int] = ..., imu_acceleration_x: _Optional[float] = ..., imu_acceleration_y: _Optional[float] = ..., imu_acceleration_z: _Optional[float] = ..., voltage: _Optional[float] = ..., temperature_core: _Optional[float] = ..., fault_bank_a: _Optional[int] = ..., fault_bank_b: _Optional[int] = ..., warning_bank_a: _Optional[int] = ..., warning_bank_b: _Optional[int] = ..., gripper_feedback: _Optional[_Union[GripperFeedback, _Mapping]] = ...) -> None: ...
+    def __init__(self, status_flags: _Optional[int] = ..., jitter_comm: _Optional[int] = ..., imu_acceleration_x: _Optional[float] = ..., imu_acceleration_y: _Optional[float] = ..., imu_acceleration_z: _Optional[float] = ..., voltage: _Optional[float] = ..., temperature_core: _Optional[float] = ..., fault_bank_a: _Optional[int] = ..., fault_bank_b: _Optional[int] = ..., warning_bank_a: _Optional[int] = ..., warning_bank_b: _Optional[int] = ..., gripper_feedback: _Optional[_Union[GripperFeedback, _Mapping[str, object]]] = ...) -> None: ...
 
 class Feedback(_message.Message):
     __slots__ = ("frame_id", "base", "actuators", "interconnect")
@@ -504,4 +504,4 @@ class Feedback(_message.Message):
     base: BaseFeedback
     actuators: _containers.RepeatedCompositeFieldContainer[ActuatorFeedback]
     interconnect: InterconnectFeedback
-    def __init__(self, frame_id: _Optional[int] = ..., base: _Optional[_Union[BaseFeedback, _Mapping]] = ..., actuators: _Optional[_Iterable[_Union[ActuatorFeedback, _Mapping]]] = ..., interconnect: _Optional[_Union[InterconnectFeedback, _Mapping]] = ...) -> None: ...
+    def __init__(self, frame_id: _Optional[int] = ..., base: _Optional[_Union[BaseFeedback, _Mapping[str, object]]] = ..., actuators: _Optional[_Iterable[_Union[ActuatorFeedback, _Mapping[str, object]]]] = ..., interconnect: _Optional[_Union[InterconnectFeedback, _Mapping[str, object]]] = ...) -> None: ...

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
 
 from google.protobuf.message import Message
 
 from hw.kortex import messages_pb2 as pb
 
+Q = TypeVar("Q", bound=Message)
+A = TypeVar("A", bound=Message)
+
 
 @dataclass(frozen=True)
-class Method:
+class Method(Generic[Q, A]):
     """A remote method.
 
     Attributes:
@@ -22,8 +26,8 @@ class Method:
 
     name: str
     number: int
-    request: type[Message]
-    response: type[Message]
+    request: type[Q]
+    response: type[A]
     control: bool = False
 
 
@@ -48,9 +52,7 @@ SEND_GRIPPER_COMMAND = Method("Base.SendGripperCommand", 0x20088, pb.GripperComm
 GET_MEASURED_GRIPPER_MOVEMENT = Method("Base.GetMeasuredGripperMovement", 0x20089, pb.GripperRequest, pb.Gripper)
 APPLY_EMERGENCY_STOP = Method("Base.ApplyEmergencyStop", 0x20091, pb.Empty, pb.Empty)
 CLEAR_FAULTS = Method("Base.ClearFaults", 0x20092, pb.Empty, pb.Empty, control=True)
-SET_SERVOING_MODE = Method(
-    "Base.SetServoingMode", 0x20098, pb.ServoingModeInformation, pb.Empty, control=True
-)
+SET_SERVOING_MODE = Method("Base.SetServoingMode", 0x20098, pb.ServoingModeInformation, pb.Empty, control=True)
 GET_SERVOING_MODE = Method("Base.GetServoingMode", 0x20099, pb.Empty, pb.ServoingModeInformation)
 GET_ACTUATOR_COUNT = Method("Base.GetActuatorCount", 0x200AB, pb.Empty, pb.ActuatorInformation)
 GET_ARM_STATE = Method("Base.GetArmState", 0x200AF, pb.Empty, pb.ArmStateInformation)
@@ -68,12 +70,10 @@ GET_TORQUE_OFFSET = Method("ActuatorConfig.GetTorqueOffset", 0xA001E, pb.Empty, 
 
 GET_PAYLOAD = Method("ControlConfig.GetPayloadInformation", 0x100004, pb.Empty, pb.PayloadInformation)
 GET_TOOL = Method("ControlConfig.GetToolConfiguration", 0x100006, pb.Empty, pb.ToolConfiguration)
-GET_KINEMATIC_HARD_LIMITS = Method(
-    "ControlConfig.GetKinematicHardLimits", 0x100012, pb.Empty, pb.KinematicLimits
-)
+GET_KINEMATIC_HARD_LIMITS = Method("ControlConfig.GetKinematicHardLimits", 0x100012, pb.Empty, pb.KinematicLimits)
 
 READ_ALL_DEVICES = Method("DeviceManager.ReadAllDevices", 0x170001, pb.Empty, pb.DeviceHandles)
 
-METHODS: dict[int, Method] = {
+METHODS: dict[int, Method[Any, Any]] = {
     value.number: value for value in list(globals().values()) if isinstance(value, Method)
 }

@@ -9,14 +9,12 @@ import threading
 import time
 from collections.abc import Callable
 
-from google.protobuf.message import Message
-
 from hw.kortex import messages_pb2 as pb
 from hw.kortex import methods
 from hw.kortex.errors import ConnectionFailed, ConnectionLost, FrameError, KortexError, RpcTimeout
 from hw.kortex.exchange import TCP_PORT, Credentials, Timeouts, answer, request_frame, session_request
 from hw.kortex.frame import Frame, FrameType, StreamDecoder, encode_stream
-from hw.kortex.methods import Method
+from hw.kortex.methods import A, Method, Q
 
 log = logging.getLogger(__name__)
 NotificationSink = Callable[[bytes], None]
@@ -74,8 +72,8 @@ class TcpSession:
         return self._lost
 
     def request(
-        self, method: Method, message: Message | None = None, device: int = 0, timeout: float | None = None
-    ) -> Message:
+        self, method: Method[Q, A], message: Q | None = None, device: int = 0, timeout: float | None = None
+    ) -> A:
         """Ask for a method and return the answer.
 
         Args:
@@ -117,10 +115,11 @@ class TcpSession:
             self.session = waiter.frame.session
         return answer(method, waiter.frame)
 
-    def subscribe(self, topic: Method, sink: NotificationSink) -> int:
+    def subscribe(
+        self, topic: Method[pb.NotificationOptions, pb.NotificationHandle], sink: NotificationSink
+    ) -> int:
         """Hand the payload of every notification of a topic to a function; return the subscription's number."""
         handle = self.request(topic, pb.NotificationOptions())
-        assert isinstance(handle, pb.NotificationHandle)
         for payload in self._early.pop(handle.identifier, []):
             sink(payload)
         self._sinks[handle.identifier] = sink

@@ -7,13 +7,11 @@ import select
 import socket
 import time
 
-from google.protobuf.message import Message
-
 from hw.kortex import methods
 from hw.kortex.errors import ConnectionFailed, ConnectionLost, FrameError, KortexError, RpcTimeout
 from hw.kortex.exchange import UDP_PORT, Credentials, Timeouts, answer, request_frame, session_request
 from hw.kortex.frame import MAX_DATAGRAM, FrameType, decode, encode
-from hw.kortex.methods import Method
+from hw.kortex.methods import A, Method, Q
 
 
 class UdpSession:
@@ -58,11 +56,11 @@ class UdpSession:
 
     def request(
         self,
-        method: Method,
-        message: Message | None = None,
+        method: Method[Q, A],
+        message: Q | None = None,
         within: float | None = None,
         each: float | None = None,
-    ) -> Message:
+    ) -> A:
         """Ask for a method, again and again, and return the first answer.
 
         An answer that comes late counts, to whichever of the questions it belongs.
@@ -108,7 +106,7 @@ class UdpSession:
         except OSError as error:
             raise ConnectionLost(f"{self.host}:{self.port} (UDP): {error}") from None
 
-    def _await(self, method: Method, asked: set[int], end: float) -> Message | None:
+    def _await(self, method: Method[Q, A], asked: set[int], end: float) -> A | None:
         """Return the answer to one of the open questions, None if none comes in time."""
         while True:
             left = end - time.monotonic()
@@ -121,7 +119,7 @@ class UdpSession:
                 continue
             except OSError as error:
                 raise ConnectionLost(f"{self.host}:{self.port} (UDP): {error}") from None
-            if frame.type is not FrameType.RESPONSE or frame.message not in asked or frame.method != method.number:
+            if frame.type is not FrameType.RESPONSE or frame.message not in asked:
                 self.strangers += 1
                 continue
             if frame.session:
