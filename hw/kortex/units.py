@@ -3,7 +3,7 @@
 ==================  =====================  ===========================================================
 quantity            the arm                here
 ==================  =====================  ===========================================================
-joint position      deg, 0 to 360          rad, one turn around 0; continuous joints keep counting turns
+joint position      deg, 0 to 360          rad, from -174 to 186 deg; then turns are counted
 joint velocity      deg/s                  rad/s
 joint torque        N m, of the reaction   N m, of the arm on its links: at rest ``tau = gravity(q)``
 gripper position    percent, 0 open        opening [m]
@@ -34,6 +34,7 @@ from hw.kortex.errors import FrameError
 Array = NDArray[np.float64]
 
 TORQUE_SIGN = -1.0
+FIRST_TURN = 0.1  # rad, middle of the first turn: 180 deg, where joint 3 rests at home, reads the same every time
 
 
 @dataclass(frozen=True)
@@ -60,9 +61,10 @@ def angles_from_arm(degrees: ArrayLike, near: Array | None = None) -> Array:
 
     Args:
         degrees: as the arm says them [deg], (nv,).
-        near: the angles a moment ago [rad], (nv,); the result is within half a turn of them. Around 0 if None.
+        near: the angles a moment ago [rad], (nv,); the result is within half a turn of them. In the turn from
+            -174 to 186 deg if None.
     """
-    centre = np.zeros(1) if near is None else near
+    centre = np.full(1, FIRST_TURN) if near is None else near
     angles = np.deg2rad(np.asarray(degrees, float)) - centre
     turned: Array = angles - 2 * np.pi * np.round(angles / (2 * np.pi)) + centre
     return turned
