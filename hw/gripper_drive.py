@@ -74,8 +74,8 @@ class GripperDrive:
             result = self._go(
                 start, lambda: client.gripper_speed(self._session, sign * self._share), ahead, closing
             )
-            client.gripper_speed(self._session, 0.0)
             if result is not None:
+                client.gripper_speed(self._session, 0.0)
                 return result
         closed = units.percent_from_opening(self._gripper, self._opening) / 100
         result = self._go(start, lambda: client.gripper_position(self._session, closed), away, closing)

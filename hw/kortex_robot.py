@@ -13,7 +13,7 @@ import queue
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from types import FrameType, TracebackType
 from typing import Any
@@ -49,6 +49,7 @@ LATE = 1.0  # s that a motion may take longer than planned
 ARRIVAL_TIME = 0.5  # s for the joints to come to rest after the arm says it is done
 ARRIVAL = 0.02  # rad between where a motion should end and where it ends
 AT_REST = 0.01  # rad/s
+CANDLE = 0.02  # rad of every joint from 0 in the candle pose
 UNMOVED = 1e-4  # rad; a shorter way is no motion
 Confirm = Callable[[str], bool]
 
@@ -130,6 +131,11 @@ class KortexRobot:
     def gripper(self) -> ParallelGripper:
         """The description of the gripper."""
         return self._gripper
+
+    @property
+    def arms(self) -> Mapping[str, Arm]:
+        """The model of each hardware revision."""
+        return self._arms
 
     @property
     def statistics(self) -> FeedbackStatistics:
@@ -241,6 +247,28 @@ class KortexRobot:
             signal.signal(number, handler)
         self._feedback.close()
         self._tcp.close()
+
+    def zero_torques(self) -> Array:
+        """Zero the torque sensors of the arm, which stands in the candle pose; return what they read then [N m].
+
+        The torques that the model has in this pose are zeroed away with the offsets; a tare finds them again.
+
+        Raises:
+            MotionRefused: if the arm is not in the candle pose or not still; nothing was changed then.
+        """
+        sample = self.read()
+        away = np.abs(np.mod(sample.q + np.pi, 2 * np.pi) - np.pi).max()
+        if away > CANDLE or np.abs(sample.dq).max() > AT_REST:
+            raise MotionRefused(
+                f"the arm is not in the candle pose: a joint is {np.degrees(away):.1f} deg away; valid: all "
+                f"joints within {np.degrees(CANDLE):.1f} deg of 0, and still"
+            )
+        if self.settings.dry_run:
+            return sample.tau
+        for device in client.actuators(self._tcp):
+            client.set_torque_offset(self._tcp, device, 0.0)
+        time.sleep(0.1)
+        return self.read().tau
 
     # ---- inside
 

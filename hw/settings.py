@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass, field
 
 from dynamics.errors import InvalidInput
-from hw.kortex.exchange import TCP_PORT, UDP_PORT, Timeouts
+from hw.kortex.exchange import Timeouts
+from hw.kortex.ports import TCP_PORT, UDP_PORT
 from hw.preflight import TOLERANCES
 from hw.safety import SafetyLimits
 from models.robot import Revision

@@ -274,5 +274,3 @@ def squeezes_until_the_effort_limit(robot, width):
     robot.hold(0.3)
     assert robot.read().opening == pytest.approx(opening, abs=0.002)
     assert robot.read().effort < 0.2, "a gripper that stands locks itself"
-
-

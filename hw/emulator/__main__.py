@@ -12,7 +12,7 @@ from types import FrameType
 from dynamics.errors import PalpateError
 from hw.emulator.backend import Backend
 from hw.emulator.faults import FAULTS, Fault
-from hw.kortex.exchange import TCP_PORT, UDP_PORT
+from hw.kortex.ports import TCP_PORT, UDP_PORT
 from models.robot import REVISIONS
 
 USER, PASSWORD = "PALPATE_KORTEX_USER", "PALPATE_KORTEX_PASSWORD"

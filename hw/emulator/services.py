@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 from google.protobuf.message import DecodeError, Message
+from numpy.typing import NDArray
 
+from dynamics.trajectory import Trajectory
 from hw.emulator.backend import Backend
 from hw.emulator.feedback import Health, feedback
 from hw.emulator.sessions import DEVICE, SERVER, Refusal, Session, Sessions
@@ -17,6 +19,8 @@ from hw.kortex import codes, methods, units
 from hw.kortex import messages_pb2 as pb
 from hw.kortex.codes import ActionEvent, ArmState, DeviceType, GripperMode, ServoingMode
 from hw.kortex.frame import Frame, FrameType
+
+Array = NDArray[np.float64]
 
 UNSUPPORTED_SERVICE, UNSUPPORTED_METHOD, PAYLOAD_DECODING = 4, 5, 13
 INVALID_PARAM, NOT_FOUND, MOVING, IN_FAULT, IN_EMERGENCY, WRONG_MODE = 3, 17, 18, 22, 25, 75
@@ -66,6 +70,7 @@ class Services:
         self._base_faults, self._joint_faults = 0, [0] * backend.arm.nv
         self._torque_offset = np.zeros(backend.arm.nv)
         self._action: pb.ActionHandle | None = None
+        self._reference: Array | None = None
         self._actions = self._frames = 0
         self.motions = 0
         self._handlers = self._table()
@@ -281,21 +286,26 @@ class Services:
         if self._action is not None:
             raise Refusal(DEVICE, MOVING, "the arm is moving")
         try:
-            trajectory = plan()
+            trajectory: Trajectory = plan()
         except Invalid as invalid:
             raise Refusal(DEVICE, INVALID_PARAM, str(invalid)) from None
         self._actions += 1
         self.motions += 1
         self._action = pb.ActionHandle(identifier=self._actions, action_type=kind)
         self.backend.start_trajectory(trajectory)
+        self._reference = trajectory.q[-1]
         self._tell(self._action, ActionEvent.START)
 
+    def _standing(self) -> Array:
+        """Return where the joints are commanded to be: servos give way a little under load."""
+        return self.backend.state().sample.q if self._reference is None else self._reference
+
     def _follow(self, waypoints: pb.WaypointList) -> None:
-        q = self.backend.state().sample.q
+        q = self._standing()
         self._start(lambda: through_waypoints(self.backend.arm, q, waypoints), WAYPOINTS)
 
     def _reach(self, command: pb.ConstrainedJointAngles) -> None:
-        q = self.backend.state().sample.q
+        q = self._standing()
         self._start(lambda: to_angles(self.backend.arm, q, command), REACH_JOINT_ANGLES)
 
     def _execute(self, session: Session, message: pb.Action, device: int) -> None:
@@ -318,7 +328,7 @@ class Services:
 
     def _validate(self, session: Session, message: pb.WaypointList, device: int) -> pb.WaypointValidationReport:
         try:
-            through_waypoints(self.backend.arm, self.backend.state().sample.q, message)
+            through_waypoints(self.backend.arm, self._standing(), message)
         except Invalid as invalid:
             report = pb.TrajectoryErrorReport(trajectory_error_elements=[invalid.element])
             return pb.WaypointValidationReport(trajectory_error_report=report)
@@ -343,6 +353,7 @@ class Services:
 
     def _halt(self, reason: int, gripper: bool = True) -> None:
         self.backend.halt_arm()
+        self._reference = None
         if gripper:
             self.backend.halt_gripper()
         self._finish(ActionEvent.ABORT, reason)

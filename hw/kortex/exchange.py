@@ -14,9 +14,6 @@ from hw.kortex.methods import A, Method
 
 M = TypeVar("M", bound=Message)
 
-TCP_PORT = 10000
-UDP_PORT = 10001
-
 
 @dataclass(frozen=True)
 class Credentials:

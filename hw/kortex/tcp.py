@@ -12,9 +12,10 @@ from collections.abc import Callable
 from hw.kortex import messages_pb2 as pb
 from hw.kortex import methods
 from hw.kortex.errors import ConnectionFailed, ConnectionLost, FrameError, KortexError, RpcTimeout
-from hw.kortex.exchange import TCP_PORT, Credentials, Timeouts, answer, request_frame, session_request
+from hw.kortex.exchange import Credentials, Timeouts, answer, request_frame, session_request
 from hw.kortex.frame import Frame, FrameType, StreamDecoder, encode_stream
 from hw.kortex.methods import A, Method, Q
+from hw.kortex.ports import TCP_PORT
 
 log = logging.getLogger(__name__)
 NotificationSink = Callable[[bytes], None]

@@ -9,9 +9,10 @@ import time
 
 from hw.kortex import methods
 from hw.kortex.errors import ConnectionFailed, ConnectionLost, FrameError, KortexError, RpcTimeout
-from hw.kortex.exchange import UDP_PORT, Credentials, Timeouts, answer, request_frame, session_request
+from hw.kortex.exchange import Credentials, Timeouts, answer, request_frame, session_request
 from hw.kortex.frame import MAX_DATAGRAM, FrameType, decode, encode
 from hw.kortex.methods import A, Method, Q
+from hw.kortex.ports import UDP_PORT
 
 
 class UdpSession:

@@ -13,5 +13,8 @@ def test_conformance(check, robot):
 
 
 def test_squeeze():
-    with serving(KinematicRobot(block=Block(width=0.05, stiffness=3000.0))) as emulator, driving(emulator) as robot:
+    with (
+        serving(KinematicRobot(block=Block(width=0.05, stiffness=3000.0))) as emulator,
+        driving(emulator) as robot,
+    ):
         squeezes_until_the_effort_limit(robot, 0.05)
