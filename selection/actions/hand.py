@@ -77,14 +77,16 @@ class Hand:
         """Move the tool straight to a pose."""
         self._run(straight_line(self.robot.arm, self._q, pose), speed)
 
-    def plan_through(self, poses: Sequence[Array]) -> tuple[Array, ...]:
+    def plan_through(self, poses: Sequence[Array], count: int) -> tuple[Array, ...]:
         """Return joint positions for tool poses, visited one after the other from the gate, laden or not.
 
-        Poses out of reach or in the way are left out.
+        Poses out of reach or in the way are left out; the first so many that are not make the tour.
         """
         positions: list[Array] = []
         near = self._gate
         for pose in poses:
+            if len(positions) == count:
+                break
             try:
                 q = solve_pose(self.robot.arm, pose, near)
                 self._laden.check(straight_joints(near, q))
