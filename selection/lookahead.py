@@ -46,6 +46,19 @@ def worthwhile(
     return shared or tight
 
 
+def decide(
+    belief: Belief,
+    actions: Sequence[ActionModel],
+    target: str = MATERIAL,
+    price: float = 0.01,
+    state: PlanState = _DEFAULT_STATE,
+    rules: StopRules = _DEFAULT_RULES,
+) -> Decision:
+    """Plan two steps ahead where that is worthwhile, greedily elsewhere; arguments and errors as `plan`."""
+    chosen = plan_ahead if worthwhile(actions, state, rules) else plan
+    return chosen(belief, actions, target, price, state, rules)
+
+
 def plan_ahead(
     belief: Belief,
     actions: Sequence[ActionModel],

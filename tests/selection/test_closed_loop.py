@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from estimation.belief import Belief
-from estimation.measurement import Measurement
 from estimation.network import Network
-from estimation.sensor import ClassSensor, Sensor
 from selection.baselines import random_choice
 from selection.planner import ActionModel, PlanState, StopRules, plan
+from selection.virtual import VirtualObject
 
 SECONDS = {
     "mat-vision": 1.0,
@@ -29,43 +28,6 @@ def seven_actions(network: Network) -> tuple[ActionModel, ...]:
     )
 
 
-class Thing:
-    """An object drawn from the network: its classes, true properties, and readings of them."""
-
-    def __init__(self, network: Network, rng: np.random.Generator) -> None:
-        self.network = network
-        bank = network.hypotheses
-        self.row = int(rng.choice(len(bank.material), p=np.exp(bank.log_weight)))
-        self.material = network.classes("material")[bank.material[self.row]]
-        self.truth = rng.normal(bank.mean[self.row], np.sqrt(bank.variance[self.row]))
-        self.noise = {name: rng.standard_normal(10) for name, _ in network.sensors}
-        self.uniform = {name: rng.random(10) for name, _ in network.sensors}
-        self.done: dict[str, int] = {}
-
-    def read(self, name: str, belief: Belief) -> Belief:
-        """Return the belief after one more reading of a sensor."""
-        sensor = self.network.sensor(name)
-        turn = self.done.get(name, 0)
-        self.done[name] = turn + 1
-        if isinstance(sensor, ClassSensor):
-            bank = self.network.hypotheses
-            rows = bank.category if sensor.variable == "category" else bank.material
-            column = np.cumsum(sensor.matrix[:, rows[self.row]])
-            outcome = min(int(np.searchsorted(column, self.uniform[name][turn])), len(column) - 1)
-            return belief.update_output(sensor, sensor.outcomes[outcome])
-        assert isinstance(sensor, Sensor)
-        true = self.truth[self.network.index(sensor.property)]
-        z = true + sensor.sd * self.noise[name][turn]
-        return belief.update(
-            Measurement(sensor.property, float(z), sensor.sd, self.network.unit(sensor.property))
-        )
-
-    def read_again(self, name: str, belief: Belief) -> Belief:
-        """Return another belief after the latest reading of a sensor."""
-        self.done[name] -= 1
-        return self.read(name, belief)
-
-
 OBJECTS, CAP = 400, 6
 
 
@@ -77,7 +39,10 @@ def counts() -> dict[str, np.ndarray]:
     found = {"exact": np.zeros(OBJECTS), "random": np.zeros(OBJECTS), "correct": np.zeros(OBJECTS)}
     for policy in ("exact", "random"):
         for i in range(OBJECTS):
-            thing, rng = Thing(network, np.random.default_rng([11, i])), np.random.default_rng([12, i])
+            thing, rng = (
+                VirtualObject(network, np.random.default_rng([11, i])),
+                np.random.default_rng([12, i]),
+            )
             belief, state = Belief(network), PlanState()
             needed = CAP
             for step in range(1, CAP + 1):
@@ -86,7 +51,7 @@ def counts() -> dict[str, np.ndarray]:
                 else:
                     name = random_choice(tuple(actions.values()), state, rng)
                 assert name is not None
-                belief = thing.read(name, belief)
+                belief = thing.learn(belief, network.sensor(name))
                 state = state.after(actions[name])
                 if policy == "exact" and step == 3:
                     found["correct"][i] = belief.argmax("material") == thing.material
@@ -130,20 +95,22 @@ def explored() -> dict[str, np.ndarray]:
     prior = Belief(network).probabilities("material")
     for i in range(3000):
         rng = np.random.default_rng([21, i])
-        thing, belief, naive = Thing(network, rng), Belief(network), Belief(network)
-        for name in ["density"] * 3 + list(rng.choice(others, 3, replace=False)):
-            belief = thing.read(name, belief)
+        thing, belief, naive = VirtualObject(network, rng), Belief(network), Belief(network)
+        order = ["density"] * 3 + list(rng.choice(others, 3, replace=False))
+        for turn, name in enumerate(order):
+            sensor = network.sensor(name)
+            belief = thing.learn(belief, sensor, turn)
             if name == "density":
-                alone = thing.read_again(name, Belief(network)).probabilities("material")
+                alone = thing.learn(Belief(network), sensor, turn).probabilities("material")
                 naive = naive.update_class("material", {m: alone[m] / prior[m] for m in prior})
             else:
-                naive = thing.read_again(name, naive)
+                naive = thing.learn(naive, sensor, turn)
         for key, final in (("", belief), ("naive ", naive)):
             found = final.probabilities("material")
             best = max(found, key=lambda name: found[name])
             rows[key + "p"].append(found[best])
             rows[key + "right"].append(best == thing.material)
-        truth = thing.truth[network.index("density")]
+        truth = thing.value("density")
         rows["pit"].append(float(belief.marginal("density").cdf(truth)))
     return {key: np.array(values, dtype=float) for key, values in rows.items()}
 
@@ -179,9 +146,9 @@ def novel() -> dict[str, np.ndarray]:
     rows: dict[str, list[float]] = {"p": [], "novel": [], "right": [], "best": []}
     for i in range(3000):
         rng = np.random.default_rng([31, i])
-        thing, belief = Thing(network, rng), Belief(network)
-        for name in ["weigh"] * 3 + ["squeeze"] * 3:
-            belief = thing.read(name, belief)
+        thing, belief = VirtualObject(network, rng), Belief(network)
+        for turn, name in enumerate(["weigh", "squeeze"] * 3):
+            belief = thing.learn(belief, network.sensor(name), turn)
         found = belief.probabilities("material")
         best = max(found, key=lambda key: found[key])
         rows["best"].append(found[best])
