@@ -118,20 +118,26 @@ def _exchange(information: Array, count: int) -> NDArray[np.int_]:
     start = np.diag([TILT, *[TILT / CENTER_SD**2] * 3])
     chosen: list[int] = []
     for _ in range(count):
-        total = start + information[chosen].sum(axis=0)
-        chosen.append(int(np.argmin(_mass_variance(total + information))))
+        chosen.append(_best(start + information[chosen].sum(axis=0), information, chosen))
     for _ in range(EXCHANGES):
         before = list(chosen)
         for place in range(count):
-            rest = start + information[[c for i, c in enumerate(chosen) if i != place]].sum(axis=0)
-            chosen[place] = int(np.argmin(_mass_variance(rest + information)))
+            others = [c for i, c in enumerate(chosen) if i != place]
+            chosen[place] = _best(start + information[others].sum(axis=0), information, others)
         if chosen == before:
             break
     return np.array(chosen)
 
 
+def _best(so_far: Array, information: Array, taken: list[int]) -> int:
+    """Return the candidate that helps most; no pose twice, for a bad one must not spoil all."""
+    variance = _mass_variance(so_far + information)
+    variance[taken] = np.inf
+    return int(np.argmin(variance))
+
+
 def _mass_variance(information: Array) -> Array:
-    return np.asarray(np.linalg.inv(information)[:, 0, 0], np.float64)
+    return np.asarray(np.linalg.inv(information)[..., 0, 0], np.float64)
 
 
 def _orders(count: int) -> dict[str, tuple[Step, ...]]:

@@ -123,11 +123,11 @@ def test_drift_chain_covers_where_a_constant_bias_does_not(arm, poses):
 def test_estimated_noise_gives_honest_intervals(arm, poses):
     rng = np.random.default_rng(9)
     hits = []
-    for _ in range(80):
+    for _ in range(40):
         tare, load = pair(arm, poses, rng, bias=rng.uniform(-0.5, 0.5, 7))
         found = estimate_payload(arm, tare, load)
         hits.append(abs(found.mass - MASS) < 1.96 * found.mass_sd)
-    assert np.mean(hits) > 0.85  # binomial: 80 runs at 0.95, 99.9 %
+    assert np.mean(hits) > 0.82  # binomial: 40 runs at 0.95, 99.9 %
     assert found.noise_sd[0, :4].mean() == pytest.approx(0.4, rel=0.4)
     assert found.noise_sd[0, 4:].mean() == pytest.approx(0.15, rel=0.4)
 
