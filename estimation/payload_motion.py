@@ -18,9 +18,9 @@ from dynamics.payload import inertia_matrix, is_physical, skew
 from estimation.autocorrelation import bandwidth, block_bootstrap_covariance, effective_count, long_run_covariance
 from estimation.drives import Drives
 from estimation.graph import LinearGraph, key
-from estimation.log_cholesky_fit import nearest_body
 from estimation.measurement import Measurement
 from estimation.motion_rows import MotionRows
+from estimation.nearest_body import nearest_body
 from estimation.payload_noise import responsibilities
 
 Array = NDArray[np.float64]
