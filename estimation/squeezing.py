@@ -1,7 +1,7 @@
 """What a squeeze tells: the phases of the action become a stiffness and measurements of elasticity and width.
 
 The motor current tells of force only while the gripper closes, so only readings of moving pads are used: those
-of ``close`` (through the air into contact) and of every ``compress``. The current in air comes from ``tare``.
+of ``close`` (through the air into contact) and of every ``compress``. The current in air comes from ``air``.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def measure_squeeze(
     Args:
         gripper: what closed on the object.
         shape, size: of the object: extents along the closing direction, across it, along the approach [m].
-        phases: of one squeeze: at least one ``tare`` and one ``close`` or ``compress``; others are not looked at.
+        phases: of one squeeze: at least one ``air`` and one ``close`` or ``compress``; others are not looked at.
         size_sd: standard deviations of the extents [m].
         poisson: Poisson's ratio of the object.
         rule: how force spreads in the object, see :func:`dynamics.compression.geometry_of`.
@@ -61,12 +61,12 @@ def measure_squeeze(
         NoContact: if the force never rose.
         InvalidInput: if a phase is missing or has no readings of moving pads, or a size is out of range.
     """
-    for name in ("tare", "compress"):
+    for name in ("air", "compress"):
         if not any(phase.name == name for phase in phases):
             raise InvalidInput(
                 "squeeze: phases", sorted({phase.name for phase in phases}), f"a phase named {name}"
             )
-    air, air_sd = air_current([phase.gripper() for phase in phases if phase.name == "tare"], gripper)
+    air, air_sd = air_current([phase.gripper() for phase in phases if phase.name == "air"], gripper)
     quantum = gripper.opening_quantum if quantum_of(opening_grid(phases)) > 0 else 0.0
     closing = [phase.gripper() for phase in phases if phase.name in ("close", "compress")]
     opening, effort = closing_readings(closing, quantum)
@@ -106,7 +106,7 @@ def air_current(tares: Sequence[GripperReadings], gripper: ParallelGripper) -> t
     efforts = [readings.effort[moving(readings)] for readings in tares]
     effort = np.concatenate([np.zeros(0), *efforts])
     if len(effort) < 3:
-        raise InvalidInput("squeeze: tare", f"{len(effort)} readings of moving pads", "at least 3")
+        raise InvalidInput("squeeze: air", f"{len(effort)} readings of moving pads", "at least 3")
     air = float(np.median(effort))
     if float(np.std(effort)) > 0:  # the mean resolves less than a step of the current, the median does not
         near = effort[np.abs(effort - air) <= 3 * CURRENT_SD + gripper.effort_quantum]
