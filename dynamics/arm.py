@@ -16,6 +16,8 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from dynamics.errors import InvalidInput, UnknownName
+from dynamics.named import example_description
+from dynamics.payload import dynamic_wrench_regressor, static_wrench_regressor
 from models.robot import Revision, as_file, gen3_mjcf
 
 Array = NDArray[np.float64]
@@ -94,14 +96,26 @@ class Arm:
         return cls(model, "tool_frame", geometry, _GEN3_ACCELERATION)
 
     @classmethod
+    def named(cls, name: str) -> Arm:
+        """Return an arm by name: ``gen3``, or one of example-robot-data such as ``ur10`` or ``panda``.
+
+        Raises:
+            UnknownName: if there is no such arm; the message lists those that there are.
+        """
+        if name == "gen3":
+            return cls.gen3()
+        path, tool_frame = example_description(name)
+        return cls.from_urdf(path, tool_frame)
+
+    @classmethod
     def from_urdf(cls, path: str | Path, tool_frame: str) -> Arm:
-        """Load an arm from a URDF file."""
-        return cls(_load(pin.buildModelFromUrdf, path), tool_frame)
+        """Load an arm from a URDF file; joints that do not move the tool are locked at zero."""
+        return cls(_chain(_load(pin.buildModelFromUrdf, path), tool_frame), tool_frame)
 
     @classmethod
     def from_mjcf(cls, path: str | Path, tool_frame: str) -> Arm:
-        """Load an arm from an MJCF file."""
-        return cls(_load(pin.buildModelFromMJCF, path), tool_frame)
+        """Load an arm from an MJCF file; joints that do not move the tool are locked at zero."""
+        return cls(_chain(_load(pin.buildModelFromMJCF, path), tool_frame), tool_frame)
 
     def gravity(self, q: ArrayLike) -> Array:
         """Return the torque that holds the arm still, g(q) [N m], (nv,)."""
@@ -121,6 +135,35 @@ class Arm:
             self.model, self._data, self.configuration(q), self._vector(dq, "dq"), acceleration
         ).copy()
         return torque if rotors else torque - self.model.armature * acceleration
+
+    def payload_regressor(self, q: ArrayLike, dq: ArrayLike | None = None, ddq: ArrayLike | None = None) -> Array:
+        """Return what a body in the tool adds to the joint torques, linear in its parameters.
+
+        tau = B(q) [m, m c] at rest, tau = B(q, dq, ddq) [m, m c, I] in motion; see :mod:`dynamics.payload`.
+
+        Args:
+            q: joint positions [rad], (nv,).
+            dq, ddq: velocity and acceleration [rad/s, rad/s^2], (nv,); both, or neither for an arm at rest.
+
+        Returns:
+            (nv, 4) at rest, (nv, 10) in motion.
+        """
+        if (dq is None) != (ddq is None):
+            raise InvalidInput(f"{self.name}: payload regressor", "dq or ddq alone", "both, or neither")
+        if dq is None or ddq is None:
+            rotation = self.tool_pose(q)[:3, :3]
+            wrench = static_wrench_regressor(rotation.T @ self.model.gravity.linear)
+        else:
+            motion = (self.configuration(q), self._vector(dq, "dq"), self._vector(ddq, "ddq"))
+            pin.forwardKinematics(self.model, self._data, *motion)
+            pose = pin.updateFramePlacement(self.model, self._data, self._tool)
+            tool = (self.model, self._data, self._tool, pin.ReferenceFrame.LOCAL)
+            velocity = pin.getFrameVelocity(*tool).vector
+            acceleration = pin.getFrameAcceleration(*tool).vector.copy()
+            acceleration[:3] -= pose.rotation.T @ self.model.gravity.linear
+            wrench = dynamic_wrench_regressor(velocity, acceleration)
+        regressor: Array = self.tool_jacobian(q).T @ wrench
+        return regressor
 
     def mass_matrix(self, q: ArrayLike) -> Array:
         """Return the joint-space mass matrix, rotors included [kg m^2], (nv, nv)."""
@@ -161,6 +204,15 @@ class Arm:
         if vector.shape != (self.nv,):
             raise InvalidInput(f"{self.name}: {name}", f"shape {vector.shape}", f"({self.nv},), one a joint")
         return vector
+
+
+def _chain(model: pin.Model, tool_frame: str) -> pin.Model:
+    """Lock the joints that do not move the tool, such as fingers."""
+    if not model.existFrame(tool_frame):
+        return model  # the constructor names what is wrong
+    moving = set(model.supports[model.frames[model.getFrameId(tool_frame)].parentJoint])
+    locked = [joint for joint in range(1, model.njoints) if joint not in moving]
+    return pin.buildReducedModel(model, locked, pin.neutral(model)) if locked else model
 
 
 def _load(build: Any, path: str | Path) -> pin.Model:

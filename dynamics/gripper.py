@@ -25,7 +25,9 @@ class ParallelGripper:
         force_per_ampere, force_per_ampere_sd: pad force per motor current while closing [N/A].
         friction_force, friction_force_sd: pad force that friction swallows before any current rises above
             its value in air [N].
+        tool_depth: distance of the arm's tool frame from the flange [m].
         stiffness: of fingers and pads in series with the object [N/m]; infinite if it does not matter.
+        stiffness_sd: its standard deviation [N/m].
         load_spread: what the pads' load does in the object: ``face`` when the whole face is compressed evenly,
             ``pad`` when pads smaller than the face indent it.
     """
@@ -47,7 +49,9 @@ class ParallelGripper:
     friction_force: float = 0.0
     friction_force_sd: float = 0.0
     stiffness: float = math.inf
+    tool_depth: float = 0.12
     load_spread: Literal["face", "pad"] = "pad"
+    stiffness_sd: float = 0.0
 
     @property
     def pad_area(self) -> float:

@@ -1,0 +1,132 @@
+"""Mass and centre of mass of what the tool carries, from joint torques at rest.
+
+Every joint of every pose is a reading; a factor graph (:mod:`estimation.payload_graph`) relates them to payload,
+gripper and sensor bias, and expectation-maximisation tells good readings from outliers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.arm import Arm
+from dynamics.errors import InvalidInput
+from dynamics.signals import JointReadings
+from estimation.payload_checks import check_gravity, check_readings
+from estimation.payload_em import fit_mixture, fit_with_noise, small_sample_correction
+from estimation.payload_estimate import PayloadEstimate
+from estimation.payload_graph import Design, design_readings, solve
+from estimation.payload_holds import StaticReadings, reduce_holds
+from estimation.payload_noise import JointNoise, Responsibility, quantisation_variance
+
+__all__ = ["JointNoise", "PayloadEstimate", "estimate_payload"]
+
+Array = NDArray[np.float64]
+
+
+def estimate_payload(
+    arm: Arm,
+    tare: JointReadings | Sequence[JointReadings],
+    load: JointReadings | Sequence[JointReadings],
+    noise: JointNoise | None = None,
+    *,
+    friction: bool = False,
+    torque_sign: int = 1,
+) -> PayloadEstimate:
+    """Estimate the payload from readings without it (tare) and with it (load).
+
+    A JointReadings is a set of single readings, one a row; a list of them is a list of holds, of many samples
+    each at one pose, which count as one reading each. Tare at the same poses, approached the same way, and if
+    possible before and after: then errors of the arm's model, hysteresis and bias cancel.
+
+    Args:
+        arm: the arm, with its gripper.
+        tare, load: readings of the unloaded and of the loaded arm.
+        noise: of the torques; without it, it is estimated from the readings.
+        friction: estimate Coulomb and viscous friction too; needs velocities.
+        torque_sign: -1 for sensors that read the reaction.
+
+    Raises:
+        InvalidInput: for readings that cannot be this arm's, or too few of them.
+    """
+    if torque_sign not in (-1, 1):
+        raise InvalidInput("torque_sign", torque_sign, "1 or -1")
+    noise = JointNoise() if noise is None else noise
+    empty, full = reduce_holds(tare, "tare"), reduce_holds(load, "load")
+    for readings, name in ((empty, "tare"), (full, "load")):
+        check_readings(arm, readings, name)
+    empty, full = (replace(r, tau=torque_sign * r.tau) for r in (empty, full))
+    if friction and (empty.dq is None or full.dq is None):
+        raise InvalidInput("friction", "readings without velocity", "single readings with dq, in tare and load")
+    design = design_readings(arm, empty, full, friction)
+    check_gravity(design, len(empty))
+    return _estimate(design, _variances(empty, full, noise, arm.nv), noise)
+
+
+@dataclass(frozen=True)
+class _Variances:
+    """Variance of the readings: a known part, and one a joint that may have to be estimated [N^2 m^2]."""
+
+    known: Array
+    common: Array
+    estimated: bool
+
+
+def _variances(tare: StaticReadings, load: StaticReadings, noise: JointNoise, joints: int) -> _Variances:
+    count = np.concatenate([tare.count, load.count])[:, None]
+    error, scatter = np.concatenate([tare.error, load.error]), np.concatenate([tare.scatter, load.scatter])
+    holds = bool(np.any(count > 1))
+    quantum = noise.per_joint("quantum", joints)
+    if noise.sd is None:
+        known = error**2 + quantisation_variance(quantum, scatter) * holds
+    else:
+        sd = noise.per_joint("sd", joints)
+        known = np.where(count >= 20, error**2, sd**2 / count)
+        known = known + quantisation_variance(quantum, np.where(count > 1, sd, 0.0))
+    if holds and noise.hold_sd is not None:
+        return _Variances(known, noise.per_joint("hold_sd", joints) ** 2, False)
+    return _Variances(known, np.zeros(joints), holds or noise.sd is None)
+
+
+def _estimate(design: Design, variances: _Variances, noise: JointNoise) -> PayloadEstimate:
+    joints = design.torque.shape[1]
+    drift = noise.per_joint("drift", joints)
+    free = noise.pose_sd is None and noise.sd is None
+    pose_sd = np.full(joints, np.inf if free else 0.0)
+    if noise.pose_sd is not None:
+        pose_sd = noise.per_joint("pose_sd", joints)
+    if variances.estimated:
+        fit, belief, sd, room = fit_with_noise(design, variances.known, drift, pose_sd, noise.outlier_rate)
+        correction = small_sample_correction(design, belief, drift, pose_sd, room)
+    else:
+        sd, correction = np.sqrt(variances.known + variances.common), np.eye(4)
+        fit, belief = fit_mixture(design, sd, drift, pose_sd, noise.outlier_rate)
+    covariance = _covariance(design, belief, drift, pose_sd, noise.per_joint("gain_sd", joints))
+    covariance = correction @ covariance @ correction.T
+    scale = np.sqrt(np.diag(covariance))
+    return PayloadEstimate(
+        parameters=fit.tool[:4],
+        covariance=covariance,
+        weights=belief.reading,
+        pose_weights=belief.pose,
+        residuals=fit.residual,
+        noise_sd=sd,
+        condition=float(np.linalg.cond(covariance / np.outer(scale, scale))),
+    )
+
+
+def _covariance(design: Design, belief: Responsibility, drift: Array, pose_sd: Array, gain_sd: Array) -> Array:
+    """Return the payload's covariance: observed information, and gain errors as parameters not estimated."""
+    sigma = 1 / np.sqrt(np.maximum(belief.curvature, 1e-6 * belief.precision))
+    gains = bool(np.any(gain_sd > 0))
+    root = solve(design, sigma, drift, pose_sd, gains).root
+    size = design.tool.shape[2]
+    inverse = np.linalg.inv(root[:size, :size])
+    covariance = inverse @ inverse.T
+    if gains:
+        slope = -inverse @ root[:size, size:]
+        covariance = covariance + (slope * gain_sd**2) @ slope.T
+    return covariance[:4, :4]
