@@ -1,0 +1,124 @@
+"""Driving the gripper by speed and position commands until it is there, meets its limit, or is found stuck."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from dynamics.gripper import ParallelGripper
+from dynamics.robot import GripResult
+from dynamics.signals import Sample
+from hw.kortex import client, units
+from hw.kortex.errors import GripperStuck
+from hw.kortex.tcp import TcpSession
+
+LATENCY = 0.025  # s from a reading until a command is obeyed: the arm looks at commands every 25 ms
+TOLERANCE_QUANTA = 2.5  # steps of the reported opening; a command of 0.99 was seen to settle at 0.9869
+STANDSTILL = 0.4  # s without a step of the opening
+RESEND = 0.25  # s
+CONTACT_CURRENT = 0.05  # A; below it nothing is pressed
+OWN_ACCURACY = 0.002  # m that the gripper may settle beside its target
+MAX_SECONDS = 12.0  # s; the whole stroke at the lowest speed takes 4.3
+
+
+class GripperDrive:
+    """One motion of the gripper.
+
+    The approach runs at the asked speed, which only the speed mode knows; the last bit is a position command.
+    A command may get lost or fall short, so it is sent again as long as nothing is reached.
+
+    Args:
+        session: to command the arm.
+        gripper: converts to its units.
+        take: waits for further samples and returns them.
+        opening: where to go [m].
+        speed: how fast [m/s].
+        max_effort: motor current at which to stop [A].
+    """
+
+    def __init__(
+        self,
+        session: TcpSession,
+        gripper: ParallelGripper,
+        take: Callable[[], list[Sample]],
+        opening: float,
+        speed: float,
+        max_effort: float,
+    ) -> None:
+        self._session, self._gripper, self._take = session, gripper, take
+        self._opening, self._max_effort = opening, max_effort
+        self._share = units.speed_share(gripper, speed)
+        self._speed = units.speed_from_share(gripper, self._share)
+        self._tolerance = TOLERANCE_QUANTA * gripper.opening_quantum
+        self._peak = 0.0
+
+    def run(self, start: Sample) -> GripResult:
+        """Go there from the sample at the start.
+
+        Raises:
+            GripperStuck: if the gripper neither moves nor presses.
+        """
+        closing = self._opening < start.opening
+        if abs(self._opening - start.opening) <= self._tolerance:
+            return GripResult.REACHED
+        lead = max(self._speed * LATENCY, self._tolerance)
+        sign = 1 if closing else -1
+
+        def ahead(sample: Sample) -> bool:
+            return sign * (sample.opening - self._opening) > lead
+
+        def away(sample: Sample) -> bool:
+            return abs(sample.opening - self._opening) > self._tolerance
+
+        if ahead(start):
+            result = self._go(
+                start, lambda: client.gripper_speed(self._session, sign * self._share), ahead, closing
+            )
+            if result is not None:
+                client.gripper_speed(self._session, 0.0)
+                return result
+        closed = units.percent_from_opening(self._gripper, self._opening) / 100
+        result = self._go(start, lambda: client.gripper_position(self._session, closed), away, closing)
+        if result is not None:
+            client.gripper_speed(self._session, 0.0)
+        return result or GripResult.REACHED
+
+    def _go(
+        self, start: Sample, send: Callable[[], None], on: Callable[[Sample], bool], closing: bool
+    ) -> GripResult | None:
+        """Send a command and watch, as long as a condition holds; return what ended it otherwise."""
+        send()
+        newest, began, sent, stepped = start, None, 0.0, 0.0
+        place = math.nan
+        while True:
+            for newest in self._take():
+                if began is None:
+                    began = sent = stepped = newest.time
+                    place = newest.opening
+                self._peak = max(self._peak, newest.effort)
+                if closing and newest.effort > self._max_effort:
+                    return GripResult.STALLED
+                if abs(newest.opening - place) > self._gripper.opening_quantum / 2:
+                    place, stepped = newest.opening, newest.time
+            if began is None:
+                continue
+            if not on(newest):
+                return None
+            if newest.time - stepped > STANDSTILL:
+                return self._standing(newest, closing)
+            if newest.time - began > MAX_SECONDS:
+                raise GripperStuck(f"the gripper did not arrive in {MAX_SECONDS:g} s, at {1000 * place:.1f} mm")
+            if newest.time - max(sent, stepped) > RESEND:
+                send()
+                sent = newest.time
+
+    def _standing(self, newest: Sample, closing: bool) -> GripResult:
+        """Return what it means that the gripper no longer moves."""
+        if closing and self._peak >= CONTACT_CURRENT:
+            return GripResult.STALLED
+        if abs(newest.opening - self._opening) <= OWN_ACCURACY:
+            return GripResult.REACHED
+        raise GripperStuck(
+            f"the gripper stands at {1000 * newest.opening:.1f} mm on its way to {1000 * self._opening:.1f} mm "
+            f"and presses on nothing (at most {self._peak:.2f} A): is it blocked, unpowered or at fault?"
+        )
