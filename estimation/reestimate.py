@@ -25,7 +25,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     from estimation.reestimation.batch import Request, estimate_all, run_directories
     from estimation.reestimation.report import lines
 
-    request = Request(given.map, given.robot, given.tool_frame, given.tare, given.reference, given.object)
+    request = Request(
+        given.map, given.robot, given.tool_frame, tuple(given.tare), given.drives, given.reference, given.object
+    )
     try:
         logs = run_directories(given.log)
         with _progress(len(logs), given.quiet or given.json) as told:
@@ -61,7 +63,10 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--map", default="", metavar="FILE", help="what the columns of a log mean (TOML)")
     parser.add_argument("--robot", default="", metavar="NAME|URDF", help="the arm (default: as recorded, or gen3)")
     parser.add_argument("--tool-frame", default="", metavar="NAME", help="frame of a URDF that holds the payload")
-    parser.add_argument("--tare", default="", metavar="LOG", help="the empty arm in the same poses")
+    parser.add_argument(
+        "--tare", action="append", default=[], metavar="LOG", help="the empty arm: the same poses, or any motion"
+    )
+    parser.add_argument("--drives", default="", metavar="FILE", help="made by python -m estimation.calibrate")
     parser.add_argument("--object", default="", metavar="NAME|FILE", help="shape and size (default: as recorded)")
     parser.add_argument("--reference", default="", metavar="NAME|FILE", help="materials (default: as recorded)")
     parser.add_argument("--compare", action="store_true", help="show what changed against the recorded values")

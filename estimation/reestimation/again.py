@@ -62,13 +62,13 @@ class Reestimate:
     notes: tuple[str, ...]
 
 
-def reestimate(recording: Recording, known: Known, tare: Recording | None = None) -> Reestimate:
+def reestimate(recording: Recording, known: Known, tares: Sequence[Recording] = ()) -> Reestimate:
     """Measure the actions of a recording again and draw the conclusion.
 
     Args:
         recording: with marks, or without: then holds and squeezes are found.
         known: robot, object and reference.
-        tare: a recording of the empty arm, whose stands are the tares of a log without marks.
+        tares: recordings of the empty arm, whose stands are the tares of a log without marks.
 
     Raises:
         InvalidInput: if a log without marks has nothing in it that can be measured.
@@ -81,7 +81,7 @@ def reestimate(recording: Recording, known: Known, tare: Recording | None = None
             phases = [recording.phase(mark) for mark in episode.marks]
             done.append(_measure(state, episode, phases, bool(recording.decisions) and not episode.recorded))
     else:
-        for episode, phases in _found(recording, tare, notes):
+        for episode, phases in _found(recording, tares, notes):
             done.append(_measure(state, episode, phases, unused=False))
     last = recording.beliefs[-1].data if recording.beliefs else {}
     return Reestimate(recording, tuple(done), state.belief(), last, tuple(notes))
@@ -171,12 +171,15 @@ def _closing_edge(known: Known, phases: Sequence[Phase]) -> int:
     return int(abs(along[1]) >= abs(along[0]))
 
 
-def _found(recording: Recording, tare: Recording | None, notes: list[str]) -> list[tuple[Episode, list[Phase]]]:
+def _found(
+    recording: Recording, tares: Sequence[Recording], notes: list[str]
+) -> list[tuple[Episode, list[Phase]]]:
     """Find what can be measured in a log without marks."""
     notes.append("the log has no marks: its phases were found by where the arm stands and the gripper closes")
-    found = []
-    if tare is not None:
-        empty = [tare.phase(m) for m in mark_all("weigh", *_named("tare", tare))]
+    found: list[tuple[Episode, list[Phase]]] = []
+    refused: InvalidInput | None = None
+    if tares:
+        empty = [tare.phase(m) for tare in tares for m in mark_all("weigh", *_named("tare", tare))]
         marks = mark_all("weigh", *_named("hold", recording))
         found.append((Episode("weigh", marks), [*empty, *(recording.phase(mark) for mark in marks)]))
     else:
@@ -184,12 +187,13 @@ def _found(recording: Recording, tare: Recording | None, notes: list[str]) -> li
             marks = find_weighing(recording.samples)
             found.append((Episode("weigh", marks), [recording.phase(mark) for mark in marks]))
         except InvalidInput as error:
+            refused = error
             notes.append(f"no weighing: {error}")
     squeezes = find_squeezes(recording.samples)
     if squeezes:
         found.append((Episode("squeeze", squeezes), [recording.phase(mark) for mark in squeezes]))
-    if not found:
-        raise InvalidInput(f"{recording.source}", "; ".join(notes[-2:]), "a log with holds, or squeezes")
+    if refused is not None and not found:
+        raise refused
     return found
 
 

@@ -21,14 +21,16 @@ class Request:
     Attributes:
         mapping: file of the column map, or empty.
         robot, tool_frame: name or file of the robot, and its tool frame in a file; empty for what a log says.
-        tare: log of the empty arm, or empty.
+        tares: logs of the empty arm.
+        drives: file of a calibration, or empty.
         reference, object_file: names or files; empty for what a log says.
     """
 
     mapping: str = ""
     robot: str = ""
     tool_frame: str = ""
-    tare: str = ""
+    tares: tuple[str, ...] = ()
+    drives: str = ""
     reference: str = ""
     object_file: str = ""
 

@@ -6,11 +6,19 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from dynamics.arm import Arm
+from dynamics.errors import InvalidInput
 from estimation.measurement import Measurement
 from estimation.readers import LogMap, read_log
+from estimation.readers.csv import ColumnMap, JointLog
+from estimation.recording import Recording, Samples
 from estimation.reestimation.again import Reestimate, change_in_sds, matched, reestimate
 from estimation.reestimation.batch import Request
 from estimation.reestimation.description import arm_named, known_of
+from estimation.reestimation.episodes import find_holds
+from estimation.reestimation.motion import LEAST_HOLDS, as_joint_log, read_map, read_motion, weigh_motion
 
 SAME = 1e-9  # relative difference up to which a number is the recorded one
 
@@ -21,14 +29,49 @@ def report_of(log: Path, request: Request) -> Mapping[str, Any]:
     Raises:
         PalpateError: if it can not be read or estimated.
     """
-    mapping = LogMap.from_file(request.mapping) if request.mapping else LogMap()
+    mapping = read_map(request.mapping) if request.mapping else LogMap()
     arm = arm_named(request.robot, request.tool_frame) if request.robot else None
+    if isinstance(mapping, ColumnMap) and log.is_file():
+        return _motion_report(log, request, mapping, arm or Arm.gen3())
+    if isinstance(mapping, ColumnMap):
+        mapping = LogMap()
     recording = read_log(log, mapping, arm)
     known = known_of(recording.config, arm, request.reference, request.object_file)
     if arm is None and not recording.config:
         recording = read_log(log, mapping, known.arm)  # a foreign log: check it against the arm it is taken for
-    tare = read_log(Path(request.tare), mapping, known.arm) if request.tare else None
-    return report(log, reestimate(recording, known, tare))
+    tares = [read_log(Path(path), mapping, known.arm) for path in request.tares]
+    if not recording.marks and (request.drives or tares) and not _stands(recording.samples):
+        empty = [as_joint_log(tare) for tare in tares]
+        moved = weigh_motion(known.arm, as_joint_log(recording), empty, request.drives)
+        return report(log, Reestimate(recording, (moved,), None, {}, recording.notes))
+    return report(log, reestimate(recording, known, tares))
+
+
+def _motion_report(log: Path, request: Request, columns: ColumnMap, arm: Arm) -> Mapping[str, Any]:
+    """Return the report of a log by a flat map, whose efforts may be motor currents."""
+    motion, rejections = read_motion(log, columns)
+    tares = [read_motion(Path(path), columns)[0] for path in request.tares]
+    samples = _samples(motion)
+    recording = Recording(log, samples, joint_names=arm.joint_names, rejections=rejections)
+    if motion.effort_kind == "torque" and not request.drives and _stands(samples):
+        empty = [Recording(Path(path), _samples(tare)) for path, tare in zip(request.tares, tares, strict=True)]
+        return report(log, reestimate(recording, known_of({}, arm), empty))
+    moved = weigh_motion(arm, motion, tares, request.drives)
+    return report(log, Reestimate(recording, (moved,), None, {}, ()))
+
+
+def _samples(log: JointLog) -> Samples:
+    """Return the samples of a log; its efforts stand for torques, whatever their unit."""
+    dq = log.dq if log.dq is not None else np.gradient(log.q, log.time, axis=0)
+    missing = np.full(len(log), np.nan)
+    return Samples(log.time, log.q, dq, log.effort, missing, missing)
+
+
+def _stands(samples: Samples) -> bool:
+    try:
+        return len(find_holds(samples)) >= LEAST_HOLDS
+    except InvalidInput:
+        return False
 
 
 def report(log: Path, again: Reestimate) -> Mapping[str, Any]:
