@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 if TYPE_CHECKING:
+    from dynamics.robot import Robot
     from estimation.network import Network
     from selection.display import Lines, LiveTable, Silent
     from selection.exploration import Exploration
@@ -118,7 +119,7 @@ def _explore(given: argparse.Namespace) -> int:
         directory = given.resume or given.out or Path("runs") / f"{time.strftime('%Y%m%d-%H%M%S')}-{declared.name}"
         names = opened.robot.arm.joint_names
         if past is None:
-            run = RunWriter.create(directory, _config(given, object_file), declared.name, names)
+            run = RunWriter.create(directory, _config(given, object_file, opened.robot), declared.name, names)
         else:
             run = RunWriter.resume(directory, names)
         with run:
@@ -185,8 +186,9 @@ def _object_file(name: str) -> Path:
         raise UnknownName("--object", name, (*objects.names(), "or the path of a TOML file")) from None
 
 
-def _config(given: argparse.Namespace, object_file: Path) -> dict[str, Any]:
+def _config(given: argparse.Namespace, object_file: Path, robot: Robot) -> dict[str, Any]:
     """Return the resolved configuration, enough to repeat or to resume the run."""
+    from estimation.reestimation.description import describe
     from models.robot import gen3_mjcf
     from selection.result import versions
 
@@ -202,6 +204,7 @@ def _config(given: argparse.Namespace, object_file: Path) -> dict[str, Any]:
         "price_bits_per_s": given.price,
         "robot": given.robot,
         "model_sha256": hashlib.sha256(gen3_mjcf().encode()).hexdigest(),
+        **describe(robot.arm, robot.gripper),
         "versions": versions(),
     }
 
