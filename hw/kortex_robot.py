@@ -30,7 +30,7 @@ from hw.feedback import FeedbackReader, FeedbackStatistics
 from hw.gripper_drive import GripperDrive
 from hw.kortex import client, codes, units
 from hw.kortex.client import ActionResult
-from hw.kortex.errors import CheckFailed, ConnectionLost, MotionTimeout, TrajectoryAborted
+from hw.kortex.errors import ArmFault, CheckFailed, ConnectionLost, LimitExceeded, MotionTimeout, TrajectoryAborted
 from hw.kortex.exchange import Credentials
 from hw.kortex.tcp import TcpSession
 from hw.kortex.udp import UdpSession
@@ -44,7 +44,7 @@ from models.robot import REVISIONS
 
 log = logging.getLogger(__name__)
 
-CHECK_SECONDS = 0.5  # s of readings that the check averages
+CHECK_SECONDS = 0.25  # s of readings that the check averages
 LATE = 1.0  # s that a motion may take longer than planned
 ARRIVAL_TIME = 0.5  # s for the joints to come to rest after the arm says it is done
 ARRIVAL = 0.02  # rad between where a motion should end and where it ends
@@ -165,9 +165,16 @@ class KortexRobot:
             readings += self._feedback.take(0.05)
             self._trusted()
         settings = self.settings
-        return examine(
+        report = examine(
             self._tcp, readings, self._arms, settings.revision, settings.vision, settings.torque_tolerance
         )
+        try:
+            self._path_monitor.check_reading(readings[-1])
+        except LimitExceeded as error:
+            report = replace(report, problems=(*report.problems, str(error)))
+        except ArmFault:
+            pass  # among the problems already
+        return report
 
     def follow(self, trajectory: Trajectory) -> None:
         """Move the joints along a trajectory that starts where the arm stands, and end at rest.
