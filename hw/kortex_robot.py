@@ -30,7 +30,15 @@ from hw.feedback import FeedbackReader, FeedbackStatistics
 from hw.gripper_drive import GripperDrive
 from hw.kortex import client, codes, units
 from hw.kortex.client import ActionResult
-from hw.kortex.errors import ArmFault, CheckFailed, ConnectionLost, LimitExceeded, MotionTimeout, TrajectoryAborted
+from hw.kortex.errors import (
+    ArmFault,
+    CheckFailed,
+    ConnectionLost,
+    LimitExceeded,
+    MotionTimeout,
+    NotConfirmed,
+    TrajectoryAborted,
+)
 from hw.kortex.exchange import Credentials
 from hw.kortex.tcp import TcpSession
 from hw.kortex.udp import UdpSession
@@ -180,7 +188,8 @@ class KortexRobot:
         """Move the joints along a trajectory that starts where the arm stands, and end at rest.
 
         Raises:
-            MotionRefused: if it starts elsewhere, leaves the limits, or the arm finds fault with it.
+            MotionRefused: if it starts elsewhere, leaves the limits, the arm finds fault with it, or the first
+                motion is not confirmed.
             CheckFailed: if the check before the first motion fails.
             TrajectoryAborted: if the arm gives it up.
             MotionTimeout: if it does not end in time.
@@ -319,7 +328,7 @@ class KortexRobot:
         if not self.settings.dry_run:
             question = f"The arm at {self._host} is about to move. Is its workspace clear?"
             if self._confirm is None or not self._confirm(question):
-                raise MotionRefused("the first motion was not confirmed; nothing has moved")
+                raise NotConfirmed("the first motion was not confirmed; nothing has moved")
         self._armed = True
 
     def _take(self) -> list[Sample]:

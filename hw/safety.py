@@ -41,7 +41,7 @@ class SafetyLimits:
     torque_share: float = 1.0
     force: float = 80.0
     workspace_lower: tuple[float, float, float] = (-1.0, -1.0, -0.05)
-    workspace_upper: tuple[float, float, float] = (1.0, 1.0, 1.3)
+    workspace_upper: tuple[float, float, float] = (1.0, 1.0, 1.4)
     feedback_timeout: float = 0.25
 
     def __post_init__(self) -> None:
