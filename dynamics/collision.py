@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import coal
 import numpy as np
@@ -28,6 +29,13 @@ class Box:
     name: str
     size: tuple[float, float, float]
     pose: Array
+
+
+def shifted(x: float, y: float, z: float) -> Array:
+    """Return the pose that is moved by so much and not turned, (4, 4)."""
+    pose = np.eye(4)
+    pose[:3, 3] = x, y, z
+    return pose
 
 
 class Workspace:
@@ -82,7 +90,7 @@ class Workspace:
             MotionRefused: naming what would touch what, and how far along.
         """
         points = np.asarray(path, float)
-        for number, (a, b) in enumerate(zip(points, points[1:], strict=False)):
+        for number, (a, b) in enumerate(pairwise(points)):
             for q in np.linspace(a, b, max(int(np.ceil(np.abs(b - a).max() / step)), 1) + 1):
                 touching = self._touching(q)
                 if touching:

@@ -52,12 +52,13 @@ def solve_pose(arm: Arm, pose: Array, near: Array, restarts: int = _RESTARTS) ->
     rng = np.random.default_rng(0)  # fixed: the same question gets the same answer
     target = pin.SE3(pose)
     start = np.asarray(near, float)
+    spread = np.minimum(arm.upper - arm.lower, 2.0)
     for attempt in range(restarts + 1):
         solution = _descend(arm, target, start)
         if solution is not None and arm.within_limits(solution):
             return solution
-        spread = np.minimum(arm.upper - arm.lower, 2.0)
-        start = np.clip(near + rng.uniform(-0.5, 0.5, arm.nv) * spread * (attempt + 1) / restarts, *_box(arm))
+        wider = (attempt + 1) / (restarts + 1)
+        start = np.clip(near + rng.uniform(-0.5, 0.5, arm.nv) * spread * wider, *_box(arm))
     where = ", ".join(f"{x:.3f}" for x in pose[:3, 3])
     raise MotionRefused(f"no joint position of {arm.name} puts the tool at ({where}) m as asked: out of reach")
 

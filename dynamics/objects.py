@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,8 @@ from numpy.typing import NDArray
 from dynamics.collision import Box
 from dynamics.tables import Table, read_toml
 
-SHAPES = ("box",)
+Shape = Literal["box"]
+SHAPES: tuple[Shape, ...] = ("box",)
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,7 @@ class DeclaredObject:
     """
 
     name: str
-    shape: str
+    shape: Shape
     size: tuple[float, float, float]
     size_sd: float
     position: tuple[float, float]
@@ -76,7 +78,7 @@ def read_declared(path: Path) -> DeclaredObject:
     file.done()
     declared = DeclaredObject(
         name=table.text("name", path.stem),
-        shape=table.text("shape", "box", SHAPES),
+        shape=_shape(table.text("shape", "box", SHAPES)),
         size=_three(table.numbers("size_m", 3, at_least=0.02, at_most=0.3, unit="m")),
         size_sd=table.number("size_sd_m", 0.0005, above=0.0, at_most=0.02, unit="m"),
         position=_two(table.numbers("position_m", 2, (0.5, 0.0), at_least=-0.9, at_most=0.9, unit="m")),
@@ -84,6 +86,10 @@ def read_declared(path: Path) -> DeclaredObject:
     )
     table.done()
     return declared
+
+
+def _shape(name: str) -> Shape:
+    return next(shape for shape in SHAPES if shape == name)
 
 
 def _three(values: tuple[float, ...]) -> tuple[float, float, float]:

@@ -110,9 +110,7 @@ class Table:
             raise InvalidInput(self.where, f"no {key}", f"a value for {key}")
         return default
 
-    def _checked(
-        self, key: str, value: object, at_least: float, above: float, at_most: float, unit: str
-    ) -> float:
+    def _checked(self, key: str, value: object, at_least: float, above: float, at_most: float, unit: str) -> float:
         good = isinstance(value, int | float) and not isinstance(value, bool)
         if good:
             number = float(value)  # type: ignore[arg-type]

@@ -134,7 +134,9 @@ class Belief:
         updated._log_likelihood = total - top
         return updated
 
-    def update_output(self, sensor: ClassSensor, output: str | Mapping[str, float] | Sequence[float]) -> Belief:
+    def update_output(
+        self, sensor: ClassSensor, output: str | Mapping[str, float] | Sequence[float]
+    ) -> Belief:
         """Return the belief after a classifier's output, hard or soft, through its confusion matrix.
 
         Raises:
@@ -241,7 +243,9 @@ class Belief:
                 raise InvalidInput(f"{where}: format", content["format"], _FORMAT)
             belief = cls(parse_network(content["network"], f"{where}: network"))
             for key in ("log_prior", "log_likelihood"):
-                values = np.array([-np.inf if value is None else value for value in content[key]], dtype=float)
+                values = np.array(
+                    [-np.inf if value is None else value for value in content[key]], dtype=float
+                )
                 if values.shape != belief._log_prior.shape:
                     raise InvalidInput(f"{where}: {key}", values.shape, f"shape {belief._log_prior.shape}")
                 setattr(belief, f"_{key}", values)

@@ -37,6 +37,7 @@ class Design:
         torque: measured torque less the arm's own [N m], (N, nv).
         tool: matrix of payload, gripper and friction, (N, nv, 8 or 8 + 2 nv).
         total: measured torque, what a gain error scales [N m], (N, nv).
+        scale: what the joints are built for [N m], a first idea of how their noises compare, (nv,).
         step: rank of every reading in time, (N,).
         pose: index of the pose that tare and load share, -1 where only one was there, (N,).
     """
@@ -44,6 +45,7 @@ class Design:
     torque: Array
     tool: Array
     total: Array
+    scale: Array
     step: NDArray[np.int_]
     pose: NDArray[np.int_]
 
@@ -66,7 +68,14 @@ def design_readings(arm: Arm, tare: StaticReadings, load: StaticReadings, fricti
     step = np.empty(len(q), int)
     step[order] = np.arange(len(q))
     gravity = np.array([arm.gravity(row) for row in q])
-    return Design(total - gravity, np.concatenate(columns, axis=2), total, step, _shared_poses(tare.q, load.q))
+    return Design(
+        torque=total - gravity,
+        tool=np.concatenate(columns, axis=2),
+        total=total,
+        scale=arm.effort_limit if np.all(np.isfinite(arm.effort_limit)) else np.ones(arm.nv),
+        step=step,
+        pose=_shared_poses(tare.q, load.q),
+    )
 
 
 @dataclass(frozen=True)
@@ -137,14 +146,14 @@ def build(
 def _fit(design: Design, solution: Solution, bias: list[int], offset: list[int | None]) -> Fit:
     tool = solution[key("x")][: design.tool.shape[2]]
     nuisance = np.array([solution[k] for k in bias])
-    shared = [i for i, k in enumerate(offset) if k is not None]
-    if shared:
-        nuisance[shared] += [solution[offset[i]] for i in shared]
+    for i, shared in enumerate(offset):
+        if shared is not None:
+            nuisance[i] += solution[shared]
     return Fit(tool, design.torque - design.tool @ tool - nuisance, solution.root)
 
 
 def _shared_poses(tare: Array, load: Array) -> NDArray[np.int_]:
-    """Number the poses that both visited."""
+    """Return the number of the pose that both visited, or -1, for every reading."""
     q = np.concatenate([tare, load])
     pose = np.full(len(q), -1)
     for index, row in enumerate(tare):

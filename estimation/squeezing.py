@@ -18,14 +18,9 @@ from dynamics.errors import InvalidInput
 from dynamics.gripper import ParallelGripper
 from dynamics.signals import GripperReadings, Phase
 from estimation.measurement import Measurement
-from estimation.stiffness import (
-    CurveNoise,
-    StiffnessEstimate,
-    TooLittleCompression,
-    estimate_stiffness,
-    quantum_of,
-)
+from estimation.stiffness import CurveNoise, StiffnessEstimate, TooLittleCompression, estimate_stiffness
 from estimation.stiffness_fit import predict
+from estimation.stiffness_noise import quantum_of
 
 Array = NDArray[np.float64]
 
@@ -72,12 +67,11 @@ def measure_squeeze(
                 "squeeze: phases", sorted({phase.name for phase in phases}), f"a phase named {name}"
             )
     air, air_sd = air_current([phase.gripper() for phase in phases if phase.name == "air"], gripper)
-    opening, effort = closing_readings(
-        [phase.gripper() for phase in phases if phase.name in ("close", "compress")]
-    )
+    quantum = gripper.opening_quantum if quantum_of(opening_grid(phases)) > 0 else 0.0
+    closing = [phase.gripper() for phase in phases if phase.name in ("close", "compress")]
+    opening, effort = closing_readings(closing, quantum)
     force = gripper.force_per_ampere * (effort - air)
     geometry = geometry_of(shape, size, gripper, poisson=poisson, rule=rule)
-    quantum = gripper.opening_quantum if quantum_of(opening_grid(phases)) > 0 else 0.0
     noise = CurveNoise(
         stress_sd=_force_sd(np.zeros(len(force)), gripper) / geometry.area,
         scale_known=False,
@@ -112,7 +106,7 @@ def air_current(tares: Sequence[GripperReadings], gripper: ParallelGripper) -> t
     efforts = [readings.effort[moving(readings)] for readings in tares]
     effort = np.concatenate([np.zeros(0), *efforts])
     if len(effort) < 3:
-        raise InvalidInput("squeeze: tare", f"{len(effort)} readings of moving pads", "at least 3")
+        raise InvalidInput("squeeze: air", f"{len(effort)} readings of moving pads", "at least 3")
     air = float(np.median(effort))
     if float(np.std(effort)) > 0:  # the mean resolves less than a step of the current, the median does not
         near = effort[np.abs(effort - air) <= 3 * CURRENT_SD + gripper.effort_quantum]
@@ -121,8 +115,10 @@ def air_current(tares: Sequence[GripperReadings], gripper: ParallelGripper) -> t
     return air, spread * math.sqrt(math.pi / 2 / len(effort)) + 1e-9
 
 
-def closing_readings(series: Sequence[GripperReadings]) -> tuple[Array, Array]:
-    """Return opening [m] and current [A] of the readings with closing pads, the opening between its steps too.
+def closing_readings(series: Sequence[GripperReadings], quantum: float) -> tuple[Array, Array]:
+    """Return opening [m] and current [A] of the readings with closing pads.
+
+    An opening that is reported in steps is interpolated between them.
 
     Raises:
         InvalidInput: if the pads hardly move.
@@ -131,8 +127,7 @@ def closing_readings(series: Sequence[GripperReadings]) -> tuple[Array, Array]:
     for readings in series:
         at = moving(readings)
         if at.any():
-            smooth = between_steps(readings)
-            openings.append(smooth[at])
+            openings.append((between_steps(readings) if quantum > 0 else readings.opening)[at])
             efforts.append(readings.effort[at])
     opening, effort = np.concatenate(openings), np.concatenate(efforts)
     if len(opening) < 7:

@@ -1,4 +1,4 @@
-"""What the exploration hears of a robot: its samples, gathered into marked phases and kept on disk as they come."""
+"""What the exploration hears of a robot: samples, gathered into marked phases and kept as they come."""
 
 from __future__ import annotations
 
@@ -16,17 +16,19 @@ class Tape:
 
     Args:
         robot: whose samples to gather.
-        run: where every sample and mark is kept, if anywhere.
     """
 
-    def __init__(self, robot: Robot, run: RunWriter | None = None) -> None:
-        self._robot, self._run = robot, run
-        if run is not None:
-            robot.listen(run.sample)  # before the listener below: the marks on disk then enclose the same samples
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        self._run: RunWriter | None = None
         robot.listen(self._hear)
         self._heard: list[Sample] | None = None
         self._phases: list[Phase] = []
         self._counts: Counter[tuple[str, str]] = Counter()
+
+    def record(self, run: RunWriter) -> None:
+        """Keep every further sample and mark in a run."""
+        self._run = run
 
     @contextmanager
     def phase(self, action: str, name: str) -> Iterator[list[Sample]]:
@@ -51,5 +53,7 @@ class Tape:
         return phases
 
     def _hear(self, sample: Sample) -> None:
+        if self._run is not None:
+            self._run.sample(sample)
         if self._heard is not None:
             self._heard.append(sample)

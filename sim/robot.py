@@ -71,9 +71,7 @@ class MujocoRobot:
         noise = noise or SensorModel()
         self._arm = Arm.gen3(revision, vision)
         self._gripper = _described(noise, fidelity)
-        self._model = mujoco.MjModel.from_xml_string(
-            scene_mjcf(truth, self._gripper, revision, vision, fidelity)
-        )
+        self._model = mujoco.MjModel.from_xml_string(scene_mjcf(truth, self._gripper, revision, vision, fidelity))
         _scale_contact_weight(self._model, contact_saturation(truth))
         self._data = mujoco.MjData(self._model)
         self._sensors = Sensors(noise, np.random.default_rng(seed), self._arm.nv, SAMPLE_STEPS * TIMESTEP)
@@ -166,6 +164,16 @@ class MujocoRobot:
     def close(self) -> None:
         """Forget the listeners."""
         self._sinks.clear()
+
+    def picture(self, camera: str = "overview", width: int = 1080, height: int = 720) -> NDArray[np.uint8]:
+        """Return what a camera of the scene sees, (height, width, 3).
+
+        Needs OpenGL: set MUJOCO_GL to ``egl`` or ``osmesa`` before the first import where there is no display.
+        """
+        with mujoco.Renderer(self._model, height, width) as renderer:
+            renderer.update_scene(self._data, camera=camera)
+            pixels: NDArray[np.uint8] = renderer.render()
+            return pixels.copy()
 
     def _run(
         self,

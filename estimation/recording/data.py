@@ -132,6 +132,7 @@ class Recording:
         measurements: in order of time.
         config: the resolved configuration of the run.
         object_name: what was explored, where it is known.
+        started: when the run began, in universal time, where it is known.
         joint_names: in the order of the columns; empty when unknown.
         complete: whether the recording was closed properly.
         rejections: rows that could not be used.
@@ -146,6 +147,7 @@ class Recording:
     beliefs: tuple[Entry, ...] = ()
     config: Mapping[str, Any] = field(default_factory=dict)
     object_name: str = ""
+    started: str = ""
     joint_names: tuple[str, ...] = ()
     complete: bool = True
     rejections: Rejections = Rejections()

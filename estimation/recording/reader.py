@@ -52,6 +52,7 @@ def read_recording(path: Path) -> Recording:
         beliefs=tuple(builder.beliefs),
         config=config,
         object_name=builder.object_name,
+        started=builder.started,
         joint_names=builder.joint_names,
         complete=builder.complete,
         notes=tuple(builder.notes),
@@ -80,6 +81,7 @@ class _Builder:
         self.beliefs: list[Entry] = []
         self.config: Mapping[str, Any] = {}
         self.object_name = ""
+        self.started = ""
         self.joint_names: tuple[str, ...] = ()
         self.complete = True
         self.notes: list[str] = []
@@ -110,6 +112,7 @@ class _Builder:
         self.joint_names = self.joint_names or part.names
         self.config = self.config or part.config
         self.object_name = self.object_name or part.object_name
+        self.started = self.started or part.started
         for name, blocks in part.columns(shift).items():
             self._parts.setdefault(name, []).extend(blocks)
         base = self._count
@@ -133,6 +136,7 @@ class _Segment:
         self.measurements: list[Recorded] = []
         self.config: Mapping[str, Any] = {}
         self.object_name = ""
+        self.started = ""
         self.note = ""
         self.count = 0
         self.first_time: float | None = None
@@ -261,6 +265,7 @@ class _Segment:
             else:
                 self.config = dict(data["config"])
                 self.object_name = str(data["object_name"])
+                self.started = str(data.get("started", ""))
         except (KeyError, TypeError, ValueError, InvalidInput, RecursionError) as error:
             raise ValueError(f"{topic} at {log_time / 1e9:.3f} s: {error}") from None
         if topic != RUN:

@@ -1,4 +1,4 @@
-"""The moves that actions share: reach, grasp, lift, put back. Every path is planned and checked before it is run."""
+"""The moves that actions share: reach, grasp, lift, put back. Every path is checked before it is run."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.arm import Arm
-from dynamics.collision import Box, Workspace
+from dynamics.collision import Box, Workspace, shifted
 from dynamics.errors import ActionFailed, InvalidInput, MotionRefused
 from dynamics.kinematics import solve_pose, straight_joints, straight_line, tool_down
 from dynamics.objects import DeclaredObject
@@ -28,7 +28,7 @@ PROBE_STEP = 0.0015  # m that the gripper closes to feel whether something is st
 MAX_EFFORT = 0.9  # A
 PATH_SPEED = 0.6  # share of the arm's speed and acceleration limits
 LINE_SPEED = 0.35
-_TABLE = Box("table", (1.6, 1.6, 0.04), np.array([[1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, -0.02], [0, 0, 0, 1]]))
+_TABLE = Box("table", (1.6, 1.6, 0.04), shifted(0.0, 0.0, -0.02))
 _PAD_CLEARANCE = 0.004  # m between the fingertips and the table
 
 
@@ -56,8 +56,7 @@ class Hand:
         self._free = Workspace(robot.arm, free, self._rest)
         depth = gripper.pad_depth(self.width) - gripper.tool_depth
         self._height = max(declared.size[2] / 2, gripper.pad_length / 2 + _PAD_CLEARANCE)
-        held = np.eye(4)
-        held[2, 3] = depth + self._height - declared.size[2] / 2
+        held = shifted(0.0, 0.0, depth + self._height - declared.size[2] / 2)
         # The carried box is a little smaller, so that it may stand on the table.
         size = (declared.size[self.edge], declared.size[1 - self.edge], declared.size[2])
         carried = Box("carried object", tuple(edge - 0.01 for edge in size), held)  # type: ignore[arg-type]
@@ -79,7 +78,7 @@ class Hand:
         self._run(straight_line(self.robot.arm, self._q, pose), speed)
 
     def plan_through(self, poses: Sequence[Array]) -> tuple[Array, ...]:
-        """Return joint positions for tool poses, one after the other from the gate, each free with the object held.
+        """Return joint positions for tool poses, visited one after the other from the gate, laden or not.
 
         Poses out of reach or in the way are left out.
         """
@@ -148,9 +147,7 @@ class Hand:
         """
         opening = self.robot.read().opening
         with self.tape.phase(action, "probe") as probe:
-            result = self.robot.grip(
-                max(opening - PROBE_STEP, 0.0), self.robot.gripper.min_speed, MAX_EFFORT
-            )
+            result = self.robot.grip(max(opening - PROBE_STEP, 0.0), self.robot.gripper.min_speed, MAX_EFFORT)
         if result is GripResult.REACHED and not self._feels(probe[len(probe) // 3 :]):
             self._is_laden = False
             raise ActionFailed("dropped", "nothing presses against the pads any more")

@@ -7,7 +7,11 @@ import math
 from dynamics.errors import ActionFailed
 from dynamics.robot import GripResult
 from dynamics.signals import Sample
+from estimation.network import Network
+from estimation.sensor import Sensor
+from selection.actions.action import Findings, Readings
 from selection.actions.hand import MAX_EFFORT, Hand
+from selection.planner import ActionModel
 
 LIFT = 0.012  # m above the table: the pads swing as they close and would press the object into it
 STEP = 0.0015  # m of closing a step
@@ -23,44 +27,77 @@ _SAFETY = 1.5  # on the grip force
 _TABLE_SHEAR = 1.4  # closing on the table reads high by up to so much, for the pads push down as they swing
 
 
-def perform(hand: Hand) -> None:
-    """Squeeze the object and put it back; leaves phases ``air``, ``grasp``, ``compress``, ``dwell``, ``release``.
+class Squeeze:
+    """Squeeze the object and read its elasticity, and its width at contact, off gripper opening and current."""
 
-    The motor current tells of force only while the gripper moves, so the readings are in the steps themselves.
+    name = "squeeze"
+    seconds, setup_seconds = 14.0, 8.0  # s, of the cycles and of the grasp; replaced by what it took
+    sensor = Sensor("elasticity", 300.0, 0.08)  # where the reference has none: default noise of the simulator
 
-    Raises:
-        ActionFailed: if the object was missed, slipped or dropped.
-    """
-    hand.gate()
-    hand.open_fully()
-    hand.line(hand.grasp_pose)
-    hand.settle()
-    with hand.tape.phase("squeeze", "look") as empty:
-        hand.robot.hold(_LOOK)
-    hand.grasp("squeeze")
-    closing = hand.closing
-    hand.lift(LIFT)
-    hand.settle()
-    with hand.tape.phase("squeeze", "look") as laden:
-        hand.robot.hold(_LOOK)
-    weight = 9.81 * max(hand.rough_payload(empty, laden), 0.0)
-    start = _safe_opening(hand, closing, weight)
-    travel, cycle = 0.0, 0
-    while cycle < LEAST_CYCLES or (travel < TRAVEL and cycle < MOST_CYCLES):
-        # Cycles start a share of the opening's step apart, so that its coarse reading does not fall alike in all.
-        shift = (cycle % LEAST_CYCLES) / LEAST_CYCLES * hand.robot.gripper.opening_quantum
-        opening = max(start - shift, hand.robot.read().opening)
-        with hand.tape.phase("squeeze", "release"):
-            hand.robot.grip(opening, hand.robot.gripper.min_speed, math.inf)
-        travel += _compress(hand)
-        cycle += 1
-    with hand.tape.phase("squeeze", "look") as after:
-        hand.robot.hold(_LOOK)
-    left = 9.81 * hand.rough_payload(empty, after)
-    if weight > 2.0 and left < weight / 2:
-        raise ActionFailed("slipped", "the object slid out of the pads while it was squeezed")
-    hand.check_still_held("squeeze")
-    hand.put_back("squeeze")
+    def model(self, network: Network) -> ActionModel | None:
+        """Return what squeezing informs: the elasticity.
+
+        The force's calibration is common to all squeezes, so a second one would not tell much more: one only.
+        """
+        if "elasticity" not in network.quantities:
+            return None
+        sensor = dict(network.sensors).get("squeeze", self.sensor)
+        return ActionModel(self.name, (sensor,), self.seconds, "grasp", self.setup_seconds, repeat_cap=1)
+
+    def perform(self, hand: Hand) -> None:
+        """Squeeze the object and put it back; leaves phases ``air``, ``grasp``, ``compress``, ``dwell``, ``release``.
+
+        The motor current tells of force only while the gripper moves, so the readings are in the steps themselves.
+
+        Raises:
+            ActionFailed: if the object was missed, slipped or dropped.
+        """
+        hand.gate()
+        hand.open_fully()
+        hand.line(hand.grasp_pose)
+        hand.settle()
+        with hand.tape.phase(self.name, "look") as empty:
+            hand.robot.hold(_LOOK)
+        hand.grasp(self.name)
+        closing = hand.closing
+        hand.lift(LIFT)
+        hand.settle()
+        with hand.tape.phase(self.name, "look") as laden:
+            hand.robot.hold(_LOOK)
+        weight = 9.81 * max(hand.rough_payload(empty, laden), 0.0)
+        start = _safe_opening(hand, closing, weight)
+        travel, cycle = 0.0, 0
+        while cycle < LEAST_CYCLES or (travel < TRAVEL and cycle < MOST_CYCLES):
+            # Cycles start a share of the opening's step apart, so that its coarse reading differs between them.
+            shift = (cycle % LEAST_CYCLES) / LEAST_CYCLES * hand.robot.gripper.opening_quantum
+            opening = max(start - shift, hand.robot.read().opening)
+            with hand.tape.phase(self.name, "release"):
+                hand.robot.grip(opening, hand.robot.gripper.min_speed, math.inf)
+            travel += _compress(hand)
+            cycle += 1
+        with hand.tape.phase(self.name, "look") as after:
+            hand.robot.hold(_LOOK)
+        left = 9.81 * hand.rough_payload(empty, after)
+        if weight > 2.0 and left < weight / 2:
+            raise ActionFailed("slipped", "the object slid out of the pads while it was squeezed")
+        hand.check_still_held(self.name)
+        hand.put_back(self.name)
+
+    def measure(self, readings: Readings) -> Findings:
+        """Measure elasticity and width."""
+        from estimation.squeezing import measure_squeeze
+
+        size, sd, edge = readings.size.mean, readings.size.sd, readings.edge
+        estimate, measurements = measure_squeeze(
+            readings.robot.gripper,
+            readings.shape,
+            (size[edge], size[1 - edge], size[2]),
+            readings.phases,
+            size_sd=(sd[edge], sd[1 - edge], sd[2]),
+        )
+        if estimate.bound is None:
+            return Findings(measurements)
+        return Findings(measurements, (f"stiffer than can be told: elasticity >= {estimate.bound:.3g} Pa",))
 
 
 def _compress(hand: Hand) -> float:

@@ -43,10 +43,10 @@ def write_until_killed(directory: Path, announce: int) -> None:
         while time.monotonic() - start < k / RATE:
             time.sleep(0.0005)
         run.sample(sample(k))
-        if k % 90 == 50:
+        if k % 400 == 150:
             run.decision(k / RATE, {"number": decided})
             decided += 1
-        if k % 90 == 80:
+        if k % 400 == 300:
             run.measurement(k / RATE, "weigh", Measurement("mass", 1 + measured, 0.1, "kg"))
             measured += 1
         if k % 10 == 0:
