@@ -110,7 +110,7 @@ class KortexRobot:
                 raise CheckFailed(tuple(problems))
             client.on_action(self._tcp, self._events.put)
             udp = UdpSession(host, credentials, settings.udp_port, settings.timeouts)
-            offset = None if settings.torque_offset is None else np.array(settings.torque_offset)
+            offset = None if settings.tare is None else settings.tare.offset
             timeout = settings.limits.feedback_timeout
             self._reader = FeedbackReader(
                 udp, self._gripper, settings.rate, timeout, self._watch, self._trip, offset

@@ -35,7 +35,7 @@ def test_check_of_a_healthy_arm(emulator, login, capsys):
     assert look(emulator) == 0
     out = capsys.readouterr().out
     assert "SERVOING_READY" in out
-    assert re.search(r"2 +-13\.36 +-13\.36 +0\.00 +0\.30", out)
+    assert re.search(r"2 +-13\.36 +-13\.36 +0\.00 +1\.00", out)
     assert "safe to move" in out
     assert not emulator.services.motions
 
@@ -100,7 +100,7 @@ def test_declined_tare_moves_nothing(emulator, login, monkeypatch, tmp_path, cap
 
 
 def test_guided_zeroing(login, capsys):
-    offset = np.full(7, 0.8)
+    offset = np.full(7, 1.2)
     with serving(KinematicRobot(q=np.zeros(7), torque_offset=offset)) as emulator:
         assert look(emulator) == 1
         assert look(emulator, "--zero-torques", "--yes") == 0
@@ -148,11 +148,11 @@ def test_vanished_server(emulator_process):
         "127.0.0.1", ADMIN, KortexSettings(tcp_port=tcp, udp_port=udp), lambda question: True
     ) as robot:
         process.send_signal(signal.SIGTERM)
-        assert process.wait(5) == 0
         began = time.monotonic()
         with pytest.raises(PalpateError, match="press the emergency stop"):
             robot.hold(10.0)
         assert time.monotonic() - began < 2.5
+        assert process.wait(5) == 0
 
 
 DRIVER = """

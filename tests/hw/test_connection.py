@@ -123,7 +123,7 @@ def test_second_client_in_control(emulator):
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"rate": 50}, {"rate": float("nan")}, {"tcp_port": 0}, {"udp_port": 70000}, {"torque_offset": (1.0,) * 6}],
+    [{"rate": 50}, {"rate": float("nan")}, {"tcp_port": 0}, {"udp_port": 70000}, {"torque_tolerance": (1.0,) * 6}],
 )
 def test_senseless_settings(wrong):
     with pytest.raises(InvalidInput):

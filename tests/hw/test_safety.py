@@ -192,8 +192,8 @@ def test_revision_by_the_torques(true, assumed):
 
 
 def test_torque_that_is_off_is_named_with_its_numbers():
-    found = torque_check([reading(tau=REST.tau + joint(4, 0.5))], ARMS, "V12")
-    assert found.problems[0].startswith("joint 5 reads +0.50 N m, the V12 model with the empty gripper says")
+    found = torque_check([reading(tau=REST.tau + joint(4, 1.5))], ARMS, "V12")
+    assert found.problems[0].startswith("joint 5 reads +1.50 N m, the V12 model with the empty gripper says")
     assert "tare" in found.problems[-1]
 
 

@@ -8,6 +8,7 @@ from dynamics.errors import InvalidInput, MotionRefused
 from hw import torque_tare
 from hw.emulator.kinematic import HOME, KinematicRobot
 from hw.kortex.errors import CheckFailed
+from hw.settings import KortexSettings
 from hw.torque_tare import STEPS, TorqueTare, fit_tare, visit_poses
 from tests.conformance import MOVE, motion
 from tests.hw.conftest import driving, serving
@@ -70,14 +71,11 @@ def test_a_tare_makes_zeroing_unnecessary(monkeypatch):
             tare = fit_tare(robot.arms, *visit_poses(robot, STEPS[:4] / 3))
         assert tare.revision == "BRAKES"
         assert np.abs(tare.offset - OFFSET).max() < 0.03
-        with driving(emulator, revision="BRAKES", torque_offset=tuple(tare.offset)) as robot:
+        with driving(emulator, revision="BRAKES", tare=tare) as robot:
             robot.follow(motion(robot, MOVE))
             assert np.abs(robot.read().tau - robot.arm.gravity(robot.read().q)).max() < 0.2
-        with (
-            driving(emulator, revision="V12", torque_offset=tuple(tare.offset)) as robot,
-            pytest.raises(CheckFailed, match="fit a BRAKES arm"),
-        ):
-            robot.follow(motion(robot, MOVE))
+        with pytest.raises(InvalidInput, match=r"torques of a BRAKES arm.*valid: those of a V12"):
+            KortexSettings(revision="V12", tare=tare)
 
 
 def test_zeroing_in_the_candle_pose():
