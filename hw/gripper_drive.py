@@ -72,9 +72,8 @@ class GripperDrive:
             return abs(sample.opening - self._opening) > self._tolerance
 
         if ahead(start):
-            result = self._go(
-                start, lambda: client.gripper_speed(self._session, sign * self._share), ahead, closing
-            )
+            run = lambda: client.gripper_speed(self._session, sign * self._share)  # noqa: E731
+            result = self._go(start, run, ahead, closing, 0.0)
             if result is not None:
                 client.gripper_speed(self._session, 0.0)
                 return result

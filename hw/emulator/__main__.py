@@ -79,9 +79,8 @@ def _simulated(given: argparse.Namespace) -> Backend:
 
 
 def _parser() -> argparse.ArgumentParser:
-    names = "\n".join(
-        f"  {name + words.split(' ')[0] if words[0] == '=' else name}" for name, words in FAULTS.items()
-    )
+    faults = (f"  {name}{words}" if words[0] == "=" else f"  {name}: {words}" for name, words in FAULTS.items())
+    names = "\n".join(faults)
     parser = argparse.ArgumentParser(
         prog="python -m hw.emulator",
         description="Serve an emulated Gen3 with a 2F-85 over the Kortex protocol.",
