@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from dynamics.errors import InvalidInput
+
 
 @dataclass(frozen=True)
 class ParallelGripper:
@@ -59,8 +61,15 @@ class ParallelGripper:
         return self.pad_width * self.pad_length
 
     def crank_angle(self, opening: float) -> float:
-        """Return the cranks' angle from the approach direction at an opening [rad]."""
-        return math.asin((opening / 2 - self.crank_offset) / self.crank_length)
+        """Return the cranks' angle from the approach direction at an opening [rad].
+
+        Raises:
+            InvalidInput: for an opening that the cranks cannot have.
+        """
+        sine = (opening / 2 - self.crank_offset) / self.crank_length
+        if not -1 <= sine <= 1:
+            raise InvalidInput(f"{self.name}: opening", opening, f"0 to {self.max_opening} m")
+        return math.asin(sine)
 
     def pad_depth(self, opening: float) -> float:
         """Return the distance from the flange to the pads' centre [m]; pads swing outward as they close."""
