@@ -15,10 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.collision import Box
+from dynamics.errors import InvalidInput
 from dynamics.tables import Table, read_toml
 
 Shape = Literal["box"]
 SHAPES: tuple[Shape, ...] = ("box",)
+
+LONGEST_NAME = 80
 
 
 @dataclass(frozen=True)
@@ -74,12 +77,12 @@ def read_declared(path: Path) -> DeclaredObject:
         InvalidInput: for a file that is missing or malformed, naming key, value and what is valid.
     """
     file = Table(str(path), read_toml(path))
-    file.has("about")
+    file.text("about", "")
     file.has("truth")
     table = file.table("declared")
     file.done()
     declared = DeclaredObject(
-        name=table.text("name", path.stem),
+        name=_name(table, path.stem),
         shape=_shape(table.text("shape", "box", SHAPES)),
         size=_three(table.numbers("size_m", 3, at_least=0.02, at_most=0.3, unit="m")),
         size_sd=table.number("size_sd_m", 0.0005, above=0.0, at_most=0.02, unit="m"),
@@ -89,6 +92,15 @@ def read_declared(path: Path) -> DeclaredObject:
     )
     table.done()
     return declared
+
+
+def _name(table: Table, default: str) -> str:
+    """Return the object's name, which also names folders."""
+    name = table.text("name", default)
+    if not name.isprintable() or not name.strip(". ") or "/" in name or "\\" in name or len(name) > LONGEST_NAME:
+        valid = f"a name of 1 to {LONGEST_NAME} printable characters without slashes"
+        raise InvalidInput(f"{table.where}: name", name, valid)
+    return name
 
 
 def _shape(name: str) -> Shape:
