@@ -142,7 +142,7 @@ def calibration(objects: int) -> dict[str, float]:
 
 
 def lookahead(objects: int) -> dict[str, Any]:
-    """Return net values (information about the material gained - price x time) of greedy and two-step runs."""
+    """Return net values (bits about the material gained - price x time) of greedy and two-step runs."""
     network = Network.from_file("network-8x10").without_unknown()
     plain = seven_actions(network)
     haptic = {"density", "elasticity", "friction"}

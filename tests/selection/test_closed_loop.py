@@ -39,11 +39,9 @@ def counts() -> dict[str, np.ndarray]:
     found = {name: np.zeros(count) for name, count in OBJECTS.items()}
     found["correct"] = np.zeros(OBJECTS["exact"])
     for policy in ("exact", "random"):
-        for i in range(OBJECTS):
-            thing, rng = (
-                VirtualObject(network, np.random.default_rng([11, i])),
-                np.random.default_rng([12, i]),
-            )
+        for i in range(OBJECTS[policy]):
+            thing = VirtualObject(network, np.random.default_rng([11, i]))
+            rng = np.random.default_rng([12, i])
             belief, state = Belief(network), PlanState()
             needed = CAP
             for step in range(1, CAP + 1):
