@@ -77,9 +77,7 @@ def condition_exponential(
     return evidence, centre, np.maximum(spread, np.finfo(float).tiny)
 
 
-def _support(
-    mean: np.ndarray, variance: np.ndarray, z: np.ndarray, sd: float
-) -> tuple[np.ndarray, np.ndarray]:
+def _support(mean: np.ndarray, variance: np.ndarray, z: np.ndarray, sd: float) -> tuple[np.ndarray, np.ndarray]:
     """Return bounds outside of which prior times likelihood is negligible, each (...).
 
     With phi = (t - m)^2 / 2v + (z - e^t)^2 / 2n^2 and phi* = phi at any point, both terms stay below

@@ -108,9 +108,7 @@ def _row(network: Network, measurement: Measurement) -> dict[str, float]:
     terms = {measurement.property: 1.0} if relation is None else dict(relation.terms)
     involved: list[Property] = [network.property(name) for name in terms]
     if any(prop.scale != LINEAR for prop in involved) or (relation is not None and relation.kind != "sum"):
-        raise InvalidInput(
-            f"hybrid graph: {measurement.property}", "not linear", "linear properties and sums"
-        )
+        raise InvalidInput(f"hybrid graph: {measurement.property}", "not linear", "linear properties and sums")
     return terms
 
 
