@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 CURRENT_SD = 0.01  # A; noise of a current reading, where only its shape over force matters
 CURRENT_RELATIVE_SD = 0.02  # and the part that grows with the current
 FEW_TICKS = 2.0  # steps of the opening in contact below which not even a wide interval is given
-DELAYS = (0.0025, 0.005, 0.0075, 0.01, 0.0125, 0.015, 0.02, 0.03)  # s
+DELAYS = (0.005, 0.01, 0.015, 0.02)  # s
 DELAY_EVIDENCE = 6.0  # log-likelihood that a delay must gain
 SETTLING = 2  # samples left out at the start of a motion, where the motor still speeds up
 
