@@ -91,6 +91,16 @@ def bound(case: Case, outliers: bool) -> float:
     return float(np.sqrt(np.linalg.inv((case.matrix.T * weight) @ case.matrix)[0, 0]))
 
 
+def drift_bound(case: Case) -> float:
+    """Least possible sd of the mass where the bias walks: generalised least squares of the whole series."""
+    count = 2 * len(case.poses)
+    walk = np.minimum.outer(np.arange(1, count + 1), np.arange(1, count + 1)) * DRIFT**2
+    spread = np.zeros((count * 7, count * 7))
+    for joint, sd in enumerate(SD):
+        spread[joint::7, joint::7] = walk + np.eye(count) * (sd**2 + QUANTUM**2 / 12)
+    return float(np.sqrt(np.linalg.inv(case.matrix.T @ np.linalg.solve(spread, case.matrix))[0, 0]))
+
+
 def wrong_arm(arm: Arm, rng: np.random.Generator) -> Arm:
     """Return the arm with every link's mass and centre of mass wrong by MODEL_ERROR."""
     model = arm.model.copy()
@@ -185,7 +195,8 @@ def main() -> None:
             *run(case, count, noise, lambda rng: (wrong_arm(arm, rng), draw(case, rng)), seed + 2), clean
         ),
         "drift": summary(
-            *run(case, count, JointNoise(SD, quantum=QUANTUM, drift=DRIFT), straight(drift=DRIFT), seed + 3), clean
+            *run(case, count, JointNoise(SD, quantum=QUANTUM, drift=DRIFT), straight(drift=DRIFT), seed + 3),
+            drift_bound(case),
         ),
         "baselines": {
             "clean": baselines(case, count, False, clean, seed + 4),

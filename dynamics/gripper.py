@@ -125,8 +125,15 @@ class ParallelGripper:
         return np.hypot(gain, self.friction_force_sd)
 
     def crank_angle(self, opening: float) -> float:
-        """Return the cranks' angle from the approach direction at an opening [rad]."""
-        return math.asin((opening / 2 - self.crank_offset) / self.crank_length)
+        """Return the cranks' angle from the approach direction at an opening [rad].
+
+        Raises:
+            InvalidInput: for an opening that the cranks cannot have.
+        """
+        sine = (opening / 2 - self.crank_offset) / self.crank_length
+        if not -1 <= sine <= 1:
+            raise InvalidInput(f"{self.name}: opening", opening, f"0 to {self.max_opening} m")
+        return math.asin(sine)
 
     def pad_depth(self, opening: float) -> float:
         """Return the distance from the flange to the pads' centre [m]; pads swing outward as they close."""

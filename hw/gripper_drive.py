@@ -15,6 +15,7 @@ from hw.kortex.tcp import TcpSession
 LATENCY = 0.025  # s from a reading until a command is obeyed: the arm looks at commands every 25 ms
 TOLERANCE_QUANTA = 2.5  # steps of the reported opening; a command of 0.99 was seen to settle at 0.9869
 STANDSTILL = 0.4  # s without a step of the opening
+SETTLED = 0.05  # s without a step after which the pads stand
 RESEND = 0.25  # s
 CONTACT_CURRENT = 0.05  # A; below it nothing is pressed
 OWN_ACCURACY = 0.002  # m that the gripper may settle beside its target
@@ -71,22 +72,24 @@ class GripperDrive:
             return abs(sample.opening - self._opening) > self._tolerance
 
         if ahead(start):
-            result = self._go(
-                start, lambda: client.gripper_speed(self._session, sign * self._share), ahead, closing
-            )
+            run = lambda: client.gripper_speed(self._session, sign * self._share)  # noqa: E731
+            result = self._go(start, run, ahead, closing, 0.0)
             if result is not None:
                 client.gripper_speed(self._session, 0.0)
                 return result
         closed = units.percent_from_opening(self._gripper, self._opening) / 100
-        result = self._go(start, lambda: client.gripper_position(self._session, closed), away, closing)
+        result = self._go(start, lambda: client.gripper_position(self._session, closed), away, closing, SETTLED)
         if result is not None:
             client.gripper_speed(self._session, 0.0)
         return result or GripResult.REACHED
 
     def _go(
-        self, start: Sample, send: Callable[[], None], on: Callable[[Sample], bool], closing: bool
+        self, start: Sample, send: Callable[[], None], on: Callable[[Sample], bool], closing: bool, settle: float
     ) -> GripResult | None:
-        """Send a command and watch, as long as a condition holds; return what ended it otherwise."""
+        """Send a command and watch, as long as a condition holds; return what ended it otherwise.
+
+        After the condition the pads must have stood for a time to settle [s], 0 to go on at once.
+        """
         send()
         newest, began, sent, stepped = start, None, 0.0, 0.0
         place = math.nan
@@ -102,13 +105,13 @@ class GripperDrive:
                     place, stepped = newest.opening, newest.time
             if began is None:
                 continue
-            if not on(newest):
+            if not on(newest) and newest.time - stepped >= settle:
                 return None
-            if newest.time - stepped > STANDSTILL:
+            if on(newest) and newest.time - stepped > STANDSTILL:
                 return self._standing(newest, closing)
             if newest.time - began > MAX_SECONDS:
                 raise GripperStuck(f"the gripper did not arrive in {MAX_SECONDS:g} s, at {1000 * place:.1f} mm")
-            if newest.time - max(sent, stepped) > RESEND:
+            if on(newest) and newest.time - max(sent, stepped) > RESEND:
                 send()
                 sent = newest.time
 
