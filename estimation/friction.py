@@ -156,7 +156,7 @@ def estimate_friction_at_slip(
         force_sd: of the grip force, common to all readings [N].
 
     Raises:
-        InvalidInput: for wrong shapes, unsorted time, a mass that is not positive, or an object that never slipped.
+        InvalidInput: for wrong shapes, unsorted time, a mass that is not positive, or an object that never slips.
     """
     series = [np.asarray(v, dtype=np.float64) for v in (time, displacement, grip_force)]
     if any(v.ndim != 1 or v.shape != series[0].shape or not np.all(np.isfinite(v)) for v in series):
