@@ -16,7 +16,7 @@ TOLERANCE_QUANTA = 2.5  # steps of the reported opening; a command of 0.99 was s
 STANDSTILL = 0.4  # s without a step of the opening
 SETTLED = 0.05  # s without a step after which the pads stand
 RESEND = 0.25  # s
-CONTACT_CURRENT = 0.05  # A; below it nothing is pressed
+CONTACT_CURRENT = 0.15  # A; a gripper that stands reads 0.05, one that cannot go on against something near 1
 OWN_ACCURACY = 0.002  # m that the gripper may settle beside its target
 MAX_SECONDS = 12.0  # s; the whole stroke at the lowest speed takes 4.3
 
