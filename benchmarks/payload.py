@@ -76,7 +76,11 @@ def bound(case: Case, outliers: bool) -> float:
     information = []
     for sd in SD:
         sd = float(np.hypot(sd, QUANTUM / np.sqrt(12)))
-        x = np.linspace(-12 * OUTLIER_SD, 12 * OUTLIER_SD, 200_001) if outliers else np.linspace(-12, 12, 100_001) * sd
+        x = (
+            np.linspace(-12 * OUTLIER_SD, 12 * OUTLIER_SD, 200_001)
+            if outliers
+            else np.linspace(-12, 12, 100_001) * sd
+        )
         good = np.exp(-0.5 * (x / sd) ** 2) / sd
         bad = np.exp(-0.5 * (x / OUTLIER_SD) ** 2) / OUTLIER_SD
         share = OUTLIER_RATE if outliers else 0.0
@@ -85,6 +89,16 @@ def bound(case: Case, outliers: bool) -> float:
         information.append(np.trapezoid(slope**2 / np.maximum(density, 1e-300), x))
     weight = np.tile(information, 2 * len(case.poses))
     return float(np.sqrt(np.linalg.inv((case.matrix.T * weight) @ case.matrix)[0, 0]))
+
+
+def drift_bound(case: Case) -> float:
+    """Least possible sd of the mass where the bias walks: generalised least squares of the whole series."""
+    count = 2 * len(case.poses)
+    walk = np.minimum.outer(np.arange(1, count + 1), np.arange(1, count + 1)) * DRIFT**2
+    spread = np.zeros((count * 7, count * 7))
+    for joint, sd in enumerate(SD):
+        spread[joint::7, joint::7] = walk + np.eye(count) * (sd**2 + QUANTUM**2 / 12)
+    return float(np.sqrt(np.linalg.inv(case.matrix.T @ np.linalg.solve(spread, case.matrix))[0, 0]))
 
 
 def wrong_arm(arm: Arm, rng: np.random.Generator) -> Arm:
@@ -97,8 +111,9 @@ def wrong_arm(arm: Arm, rng: np.random.Generator) -> Arm:
     return Arm(model, arm.tool_frame)
 
 
-def run(case: Case, runs: int, noise: JointNoise, make: Callable[[np.random.Generator], tuple[Arm, Array]],
-        seed: int) -> tuple[Array, Array]:
+def run(
+    case: Case, runs: int, noise: JointNoise, make: Callable[[np.random.Generator], tuple[Arm, Array]], seed: int
+) -> tuple[Array, Array]:
     """Return errors of the mass and the sd that the estimate states, (runs,) each."""
     rng = np.random.default_rng(seed)
     own, half = case.own, len(case.poses)
@@ -135,13 +150,18 @@ def baselines(case: Case, runs: int, outliers: bool, limit: float, seed: int) ->
     pose, joint = np.unravel_index(np.argmax(np.abs(lever) / SD), lever.shape)
     row = pose * 7 + joint
     assumed = matrix[half + row, 1:4] @ (CENTER + rng.normal(size=(runs, 3)) * 0.02).T
-    table["single joint"] = summary((torque[:, half + row] - torque[:, row]) / (lever[pose, joint] + assumed) - MASS,
-                                    np.full(runs, np.sqrt(2) * sigma[row] / abs(lever[pose, joint])), limit)
+    table["single joint"] = summary(
+        (torque[:, half + row] - torque[:, row]) / (lever[pose, joint] + assumed) - MASS,
+        np.full(runs, np.sqrt(2) * sigma[row] / abs(lever[pose, joint])),
+        limit,
+    )
     for name, weight in (("OLS", np.ones_like(sigma)), ("WLS", sigma**-2)):
         covariance = np.linalg.inv((matrix.T * weight) @ matrix)
         values = torque @ (covariance @ (matrix.T * weight)).T
         residual = torque - values @ matrix.T
-        scale = np.sqrt((weight * residual**2).sum(axis=1) / (len(sigma) - matrix.shape[1])) if name == "OLS" else 1.0
+        scale = (
+            np.sqrt((weight * residual**2).sum(axis=1) / (len(sigma) - matrix.shape[1])) if name == "OLS" else 1.0
+        )
         sds = np.sqrt(covariance[0, 0]) * scale * np.ones(runs)
         table[name] = summary(values[:, 0] - MASS, sds, limit)
     values, residual = torque @ (covariance @ (matrix.T * weight)).T, residual
@@ -175,7 +195,8 @@ def main() -> None:
             *run(case, count, noise, lambda rng: (wrong_arm(arm, rng), draw(case, rng)), seed + 2), clean
         ),
         "drift": summary(
-            *run(case, count, JointNoise(SD, quantum=QUANTUM, drift=DRIFT), straight(drift=DRIFT), seed + 3), clean
+            *run(case, count, JointNoise(SD, quantum=QUANTUM, drift=DRIFT), straight(drift=DRIFT), seed + 3),
+            drift_bound(case),
         ),
         "baselines": {
             "clean": baselines(case, count, False, clean, seed + 4),

@@ -120,7 +120,7 @@ def to_log_cholesky(parameters: ArrayLike) -> Array:
         raise InvalidInput("inertial parameters", list(_ten(parameters)), "a positive definite pseudo-inertia")
     # P = U U^T with U upper: reverse the axes, take the lower factor, reverse back
     lower = np.linalg.cholesky(pseudo_inertia(parameters)[::-1, ::-1])
-    upper = lower[::-1, ::-1].copy()
+    upper = np.array(lower[::-1, ::-1], np.float64)
     np.fill_diagonal(upper, np.log(np.diag(upper)))
     coordinates: Array = upper[_UPPER]
     return coordinates

@@ -134,9 +134,7 @@ class Belief:
         updated._log_likelihood = total - top
         return updated
 
-    def update_output(
-        self, sensor: ClassSensor, output: str | Mapping[str, float] | Sequence[float]
-    ) -> Belief:
+    def update_output(self, sensor: ClassSensor, output: str | Mapping[str, float] | Sequence[float]) -> Belief:
         """Return the belief after a classifier's output, hard or soft, through its confusion matrix.
 
         Raises:
@@ -206,9 +204,7 @@ class Belief:
         if found.link == "log":
             mean, variance = np.exp(mean + 0.5 * variance), np.exp(2 * mean + variance) * np.expm1(variance)
         listed = self.network.hypotheses.material < len(self.network.materials)
-        distance = np.abs(measurement.mean * factor - mean) / np.sqrt(
-            variance + (measurement.sd * factor) ** 2
-        )
+        distance = np.abs(measurement.mean * factor - mean) / np.sqrt(variance + (measurement.sd * factor) ** 2)
         return float(distance[listed & ~np.isneginf(self._log_prior)].min())
 
     @property
@@ -243,9 +239,7 @@ class Belief:
                 raise InvalidInput(f"{where}: format", content["format"], _FORMAT)
             belief = cls(parse_network(content["network"], f"{where}: network"))
             for key in ("log_prior", "log_likelihood"):
-                values = np.array(
-                    [-np.inf if value is None else value for value in content[key]], dtype=float
-                )
+                values = np.array([-np.inf if value is None else value for value in content[key]], dtype=float)
                 if values.shape != belief._log_prior.shape:
                     raise InvalidInput(f"{where}: {key}", values.shape, f"shape {belief._log_prior.shape}")
                 setattr(belief, f"_{key}", values)

@@ -13,8 +13,8 @@ from dynamics.errors import InvalidInput
 
 Array = NDArray[np.float64]
 
-TRIAL = 500  # samples on which the jerk is chosen
-JERK_GRID = 10.0 ** np.arange(-2, 5.5, 0.5)  # rad^2/s^5, spectral density
+TRIAL = 300  # samples on which the jerk is chosen
+JERK_GRID = 10.0 ** np.arange(-2, 6)  # rad^2/s^5, spectral density
 
 
 def smooth(time: Array, q: Array, dq: Array | None = None) -> tuple[Array, Array, Array]:
@@ -42,7 +42,7 @@ def smooth(time: Array, q: Array, dq: Array | None = None) -> tuple[Array, Array
         noise = np.array([_noise(column) for column in readings.T])
         middle = _liveliest(readings[:, 0])
         trial = [_filter(steps[middle], readings[middle], noise, jerk)[1] for jerk in JERK_GRID]
-        kalman, _ = _filter(steps, readings, noise, JERK_GRID[int(np.argmax(trial))])
+        kalman, _ = _filter(steps, readings, noise, float(JERK_GRID[int(np.argmax(trial))]))
         out[:, :, joint] = _smoothed(*kalman)
     return out[0], out[1], out[2]
 

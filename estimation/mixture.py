@@ -120,9 +120,7 @@ class Mixture:
         return np.asarray((np.exp(-0.5 * z * z) / (self.sds * math.sqrt(2 * math.pi))) @ self.weights)
 
     def _coordinate_cdf(self, u: np.ndarray) -> np.ndarray:
-        return np.asarray(
-            (0.5 * (1 + _erf((u[..., None] - self.means) / (self.sds * _SQRT2)))) @ self.weights
-        )
+        return np.asarray((0.5 * (1 + _erf((u[..., None] - self.means) / (self.sds * _SQRT2)))) @ self.weights)
 
     def _value(self, u: float) -> float:
         return math.exp(u) if self.scale == "log" else u

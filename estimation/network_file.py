@@ -227,9 +227,7 @@ def _property(name: str, value: object, parents: Mapping[str, tuple[str, ...]], 
         for key in parents[parent]:
             if key not in classes:
                 raise InvalidInput(f"{where}: classes", list(classes), f"an entry for {key}")
-        rows = [
-            (f"{where}: {key}", dict(mapping(classes[key], f"{where}: {key}"))) for key in parents[parent]
-        ]
+        rows = [(f"{where}: {key}", dict(mapping(classes[key], f"{where}: {key}"))) for key in parents[parent]]
     means, sds = [], []
     for place, row in rows:
         only(row, ("mean", "sd"), place)

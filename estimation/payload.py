@@ -18,7 +18,7 @@ from dynamics.signals import JointReadings
 from estimation.payload_checks import check_gravity, check_readings
 from estimation.payload_em import fit_mixture, fit_with_noise, small_sample_correction
 from estimation.payload_estimate import PayloadEstimate
-from estimation.payload_graph import Design, design_readings, solve
+from estimation.payload_graph import Design, Fit, design_readings, solve
 from estimation.payload_holds import StaticReadings, reduce_holds
 from estimation.payload_noise import JointNoise, Responsibility, quantisation_variance
 
@@ -93,19 +93,40 @@ def _variances(tare: StaticReadings, load: StaticReadings, noise: JointNoise, jo
 
 def _estimate(design: Design, variances: _Variances, noise: JointNoise) -> PayloadEstimate:
     joints = design.torque.shape[1]
-    drift = noise.per_joint("drift", joints)
-    free = noise.pose_sd is None and noise.sd is None
-    pose_sd = np.full(joints, np.inf if free else 0.0)
-    if noise.pose_sd is not None:
-        pose_sd = noise.per_joint("pose_sd", joints)
-    if variances.estimated:
-        fit, belief, sd, room = fit_with_noise(design, variances.known, drift, pose_sd, noise.outlier_rate)
-        correction = small_sample_correction(design, belief, drift, pose_sd, room)
-    else:
-        sd, correction = np.sqrt(variances.known + variances.common), np.eye(4)
+    drift, pose_sd = noise.per_joint("drift", joints), _pose_sd(noise, joints)
+    if not variances.estimated:
+        sd = np.sqrt(variances.known + variances.common)
         fit, belief = fit_mixture(design, sd, drift, pose_sd, noise.outlier_rate)
-    covariance = _covariance(design, belief, drift, pose_sd, noise.per_joint("gain_sd", joints))
-    covariance = correction @ covariance @ correction.T
+        return summarise(design, fit, belief, sd, noise)
+    fit, belief, sd, freedom = fit_with_noise(design, variances.known, drift, pose_sd, noise.outlier_rate)
+    correction = small_sample_correction(design, belief, drift, pose_sd, freedom)
+    return summarise(design, fit, belief, sd, noise, correction)
+
+
+def summarise(
+    design: Design, fit: Fit, belief: Responsibility, sd: Array, noise: JointNoise, correction: Array | None = None
+) -> PayloadEstimate:
+    """Return the estimate of a fit: covariance from the observed information, gain errors on top of it.
+
+    Args:
+        design, fit, belief: the readings' matrices, the solved graph, and the readings' weights.
+        sd: of good readings [N m], (N, nv).
+        noise: its gain errors are parameters that are not estimated but count (Schmidt's consider covariance).
+        correction: factor on the noise's part of the covariance, (4, 4).
+    """
+    joints = design.torque.shape[1]
+    gain_sd = noise.per_joint("gain_sd", joints)
+    gains = bool(np.any(gain_sd > 0))
+    sigma = 1 / np.sqrt(np.maximum(belief.curvature, 1e-6 * belief.precision))
+    root = solve(design, sigma, noise.per_joint("drift", joints), _pose_sd(noise, joints), gains).root
+    size = design.tool.shape[2]
+    inverse = np.linalg.inv(root[:size, :size])[:4]
+    covariance = inverse @ inverse.T
+    if correction is not None:
+        covariance = correction @ covariance @ correction.T
+    if gains:
+        slope = -inverse @ root[:size, size:]
+        covariance = covariance + (slope * gain_sd**2) @ slope.T
     scale = np.sqrt(np.diag(covariance))
     return PayloadEstimate(
         parameters=fit.tool[:4],
@@ -115,18 +136,11 @@ def _estimate(design: Design, variances: _Variances, noise: JointNoise) -> Paylo
         residuals=fit.residual,
         noise_sd=sd,
         condition=float(np.linalg.cond(covariance / np.outer(scale, scale))),
+        capacity=design.capacity,
     )
 
 
-def _covariance(design: Design, belief: Responsibility, drift: Array, pose_sd: Array, gain_sd: Array) -> Array:
-    """Return the payload's covariance: observed information, and gain errors as parameters not estimated."""
-    sigma = 1 / np.sqrt(np.maximum(belief.curvature, 1e-6 * belief.precision))
-    gains = bool(np.any(gain_sd > 0))
-    root = solve(design, sigma, drift, pose_sd, gains).root
-    size = design.tool.shape[2]
-    inverse = np.linalg.inv(root[:size, :size])
-    covariance = inverse @ inverse.T
-    if gains:
-        slope = -inverse @ root[:size, size:]
-        covariance = covariance + (slope * gain_sd**2) @ slope.T
-    return covariance[:4, :4]
+def _pose_sd(noise: JointNoise, joints: int) -> Array:
+    if noise.pose_sd is None:
+        return np.full(joints, np.inf if noise.sd is None else 0.0)
+    return noise.per_joint("pose_sd", joints)

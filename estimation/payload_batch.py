@@ -63,7 +63,8 @@ def estimate_batch(matrix: Array, torque: Array, sd: Array, outlier_rate: float 
 
     def solve(precision: Array) -> tuple[Array, Array]:
         information = (precision @ products).reshape(len(precision), len(prior), len(prior)) + np.diag(prior**-2)
-        values = np.linalg.solve(information, ((precision * torque[active]) @ matrix)[..., None])[..., 0]
+        right = ((precision * torque[active]) @ matrix)[..., None]
+        values = np.asarray(np.linalg.solve(information, right)[..., 0], np.float64)
         return values, torque[active] - values @ matrix.T
 
     active = np.arange(len(torque))
@@ -86,4 +87,4 @@ def estimate_batch(matrix: Array, torque: Array, sd: Array, outlier_rate: float 
         belief = responsibilities(residual.reshape(len(torque), -1, joints), np.asarray(sd, float), outlier_rate)
         curvature = belief.curvature.reshape(len(torque), -1)
     information = (curvature @ products).reshape(len(torque), len(prior), len(prior)) + np.diag(prior**-2)
-    return BatchEstimate(values[:, :4], np.linalg.inv(information)[:, :4, :4])
+    return BatchEstimate(values[:, :4], np.asarray(np.linalg.inv(information)[:, :4, :4], np.float64))

@@ -12,7 +12,7 @@ from estimation.payload_noise import Responsibility, responsibilities
 Array = NDArray[np.float64]
 
 HUBER = 1.345  # sd at which a residual's weight starts to fall, in the warm start
-START_ROUNDS, MAX_ROUNDS, TOLERANCE = 4, 60, 1e-5
+START_ROUNDS, MAX_ROUNDS, TOLERANCE = 4, 100, 1e-7
 NOISE_ROUNDS = 20
 POOL = 3.0  # degrees of freedom that the joints lend each other's noise
 

@@ -76,8 +76,7 @@ def _check_relation(
             raise InvalidInput(where, [name for name, _ in terms], "a sum of properties on the linear scale")
     else:
         total = [
-            sum(power * other[i] for (_, power), other in zip(terms, exponents, strict=True))
-            for i in range(3)
+            sum(power * other[i] for (_, power), other in zip(terms, exponents, strict=True)) for i in range(3)
         ]
         fits = all(abs(a - b) < 1e-12 for a, b in zip(total, own, strict=True))
         linear = [name for name, _ in terms if known[name].scale == LINEAR]

@@ -227,10 +227,8 @@ class MujocoRobot:
 
     def _opening(self) -> float:
         """Return the true distance of the pads [m]."""
-        return sum(
-            self._gripper.crank_offset + self._gripper.crank_length * math.sin(self._open_angle - angle)
-            for angle in self._data.qpos[self._cranks]
-        )
+        angles = self._open_angle - self._data.qpos[self._cranks]
+        return sum(self._gripper.opening(float(angle)) / 2 for angle in angles)
 
     def _current(self) -> float:
         """Return the current that the closing gripper draws for its force [A]."""
@@ -239,10 +237,9 @@ class MujocoRobot:
         change = speed - self._crank_speed_before
         drive = data.actuator_force[self._arm.nv] - GRIPPER_STIFFNESS * TIMESTEP * speed - GRIPPER_DAMPING * change
         drive -= self._finger_inertia * change / TIMESTEP
-        lever = gripper.crank_length * math.cos(gripper.crank_angle(self._opening()))
-        force = drive / 2 / lever
+        force = gripper.pad_force(float(drive), self._opening())
         friction = self._sensors.model.grip_friction
-        return max(float(force) - friction, 0.0) / gripper.force_per_ampere
+        return max(force - friction, 0.0) / gripper.force_per_ampere
 
 
 def _described(noise: SensorModel, fidelity: Fidelity) -> ParallelGripper:

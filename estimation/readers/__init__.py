@@ -22,6 +22,9 @@ _READERS = {
     ".db3": "rosbag.read_rosbag",
     ".npz": "npz.read_npz",
     ".parquet": "parquet.read_parquet",
+    ".csv": "text.read_text",
+    ".tsv": "text.read_text",
+    ".txt": "text.read_text",
 }
 
 __all__ = ["LogMap", "formats", "read_log"]

@@ -124,6 +124,7 @@ class Rows:
             signals,
             units_are_si=True,
             places=np.frombuffer(self._places, np.int64),
+            place="message",
             joint_names=self.names,
             kortex=self.kortex,
             rejections=Rejections(self._rejected, tuple(self._reasons)),

@@ -31,6 +31,7 @@ class RawSignals:
         units_are_si: whether the reader has converted them already.
         labels: a phase label for every row, or None.
         places: what to call a row in messages: the number of its line or message; row numbers if None.
+        place: what these numbers count.
         joint_names: of the columns of the joint signals, if known.
         kortex: whether a Kortex driver wrote the log, whose torques have the raw sign.
         rejections: rows that were unusable already.
@@ -41,6 +42,7 @@ class RawSignals:
     units_are_si: bool = False
     labels: Sequence[str] | None = None
     places: NDArray[np.int64] | None = None
+    place: str = "line"
     joint_names: tuple[str, ...] = ()
     kortex: bool = False
     rejections: Rejections = field(default_factory=Rejections)
@@ -194,9 +196,13 @@ def _check_rows(signals: Mapping[str, Array], raw: RawSignals) -> tuple[NDArray[
         reasons[int(row)] = f"time {times[row]:.6g} is out of order"
     keep &= ~late
     rows = sorted(reasons)[: max(SHOWN - len(raw.rejections.reasons), 0)]
-    told = tuple(f"row {row + 1 if raw.places is None else raw.places[row]}: {reasons[row]}" for row in rows)
+    told = tuple(f"{_place(raw, row)}: {reasons[row]}" for row in rows)
     rejected = int(count - np.count_nonzero(keep))
     return keep, Rejections(raw.rejections.count + rejected, (*raw.rejections.reasons, *told))
+
+
+def _place(raw: RawSignals, row: int) -> str:
+    return f"row {row + 1}" if raw.places is None else f"{raw.place} {raw.places[row]}"
 
 
 def _out_of_order(times: Array, keep: NDArray[np.bool_]) -> NDArray[np.bool_]:

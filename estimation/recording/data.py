@@ -92,19 +92,34 @@ class Mark:
 
 @dataclass(frozen=True)
 class Entry:
-    """Something that was decided or believed at a time [s]."""
+    """Something that was decided or believed.
+
+    Attributes:
+        time: of the robot's clock [s].
+        data: what.
+        row: how many samples came before it.
+    """
 
     time: float
     data: Mapping[str, Any]
+    row: int = 0
 
 
 @dataclass(frozen=True)
 class Recorded:
-    """A measurement as it was taken: when [s], by which action, and its value."""
+    """A measurement as it was taken.
+
+    Attributes:
+        time: of the robot's clock [s].
+        action: which measured it.
+        measurement: its value.
+        row: how many samples came before it.
+    """
 
     time: float
     action: str
     measurement: Measurement
+    row: int = 0
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import json
 import struct
 import tomllib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -118,9 +118,9 @@ class _Builder:
         base = self._count
         self.marks += [Mark(m.action, m.name, m.index, m.start + base, m.stop + base) for m in part.marks]
         self._count += part.count
-        self.decisions += [Entry(e.time + shift, e.data) for e in part.decisions]
-        self.beliefs += [Entry(e.time + shift, e.data) for e in part.beliefs]
-        self.measurements += [Recorded(m.time + shift, m.action, m.measurement) for m in part.measurements]
+        self.decisions += [Entry(e.time + shift, e.data, e.row + base) for e in part.decisions]
+        self.beliefs += [Entry(e.time + shift, e.data, e.row + base) for e in part.beliefs]
+        self.measurements += [replace(m, time=m.time + shift, row=m.row + base) for m in part.measurements]
         self._end = max(self._end, part.last_time + shift)
 
 
@@ -248,20 +248,21 @@ class _Segment:
 
     def _add_event(self, topic: str, log_time: int, text: bytes, rows: Mapping[int, list[int]]) -> None:
         try:
+            row = self._so_far(rows)
             data = json.loads(text)
             if not isinstance(data, dict):
                 raise ValueError("no JSON object")
             if topic == PHASE:
-                self._add_phase(data, self._so_far(rows))
+                self._add_phase(data, row)
             elif topic == DECISION:
-                self.decisions.append(Entry(float(data["time"]), data["data"]))
+                self.decisions.append(Entry(float(data["time"]), data["data"], row))
             elif topic == BELIEF:
-                self.beliefs.append(Entry(float(data["time"]), data["data"]))
+                self.beliefs.append(Entry(float(data["time"]), data["data"], row))
             elif topic == MEASUREMENT:
                 value = Measurement(
                     str(data["property"]), float(data["mean"]), float(data["sd"]), str(data["unit"])
                 )
-                self.measurements.append(Recorded(float(data["time"]), str(data["action"]), value))
+                self.measurements.append(Recorded(float(data["time"]), str(data["action"]), value, row))
             else:
                 self.config = dict(data["config"])
                 self.object_name = str(data["object_name"])

@@ -45,9 +45,7 @@ def brute_force(
 
 
 def mass_network(density_scale: str, volume_scale: str, spread: float) -> Network:
-    density = Property(
-        "density", "material", "kg/m^3", density_scale, (250.0, 450.0, 600.0), (40.0, 45.0, 80.0)
-    )
+    density = Property("density", "material", "kg/m^3", density_scale, (250.0, 450.0, 600.0), (40.0, 45.0, 80.0))
     volume = Property("volume", None, "m^3", volume_scale, (2e-4,), (2e-4 * spread,))
     return Network(
         name="mass",
@@ -62,9 +60,7 @@ def mass_network(density_scale: str, volume_scale: str, spread: float) -> Networ
 UNITS = {"density": "kg/m^3", "volume": "m^3", "mass": "kg"}
 
 
-@pytest.mark.parametrize(
-    "scales", [("log", "log"), ("linear", "linear"), ("linear", "log"), ("log", "linear")]
-)
+@pytest.mark.parametrize("scales", [("log", "log"), ("linear", "linear"), ("linear", "log"), ("log", "linear")])
 @pytest.mark.parametrize(
     ("spread", "readings"),
     [

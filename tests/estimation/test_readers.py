@@ -338,3 +338,55 @@ def test_samples_are_what_the_robot_gave(truth: Samples) -> None:
     one = truth.as_tuple()[3]
     assert isinstance(one, Sample)
     assert np.array_equal(one.tau, truth.tau[3])
+
+
+def write_csv(path: Path, truth: Samples, delimiter: str = ",", header: bool = True) -> Path:
+    names = ["time", *(f"{s}{n}" for s in ("q", "dq", "tau") for n in range(1, 8)), "opening", "effort", "phase"]
+    lines = [delimiter.join(names)] if header else []
+    for n, one in enumerate(truth.as_tuple()):
+        numbers = [one.time, *one.q, *one.dq, *one.tau, one.opening, one.effort]
+        cells = [repr(float(x)) for x in numbers] + (["weigh/tare" if n < 90 else "weigh/hold"] if header else [])
+        lines.append(delimiter.join(cells))
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+def test_csv_with_names(tmp_path: Path, truth: Samples, arm: Arm, delimiter: str) -> None:
+    recording = read_log(write_csv(tmp_path / "log.csv", truth, delimiter), arm=arm)
+    same(recording.samples, truth, atol=0)
+    assert [(m.name, m.start, m.stop) for m in recording.marks] == [("tare", 0, 90), ("hold", 90, 200)]
+
+
+def test_csv_without_names(tmp_path: Path, truth: Samples, arm: Arm) -> None:
+    path = write_csv(tmp_path / "log.csv", truth, header=False)
+    columns: dict[str, str | tuple[str, ...]] = {"time": "0", "opening": "22", "effort": "23"}
+    for place, signal in enumerate(("q", "dq", "tau")):
+        columns[signal] = tuple(str(1 + 7 * place + n) for n in range(7))
+    same(read_log(path, LogMap(columns=columns), arm).samples, truth, atol=0)
+
+
+def test_corrupt_lines_of_csv_are_told_by_number(tmp_path: Path, truth: Samples) -> None:
+    path = write_csv(tmp_path / "log.csv", truth)
+    lines = path.read_text().splitlines()
+    lines[9] = lines[9].replace(lines[9].split(",")[3], "1e200", 1)
+    lines[19] = lines[19][:40]
+    lines[29] = lines[29].replace(lines[29].split(",")[2], "abc", 1)
+    lines[39] = ""
+    lines.insert(50, "# a remark")
+    path.write_text("\n".join(lines))
+    recording = read_log(path)
+    assert recording.rejections.count == 3
+    assert sorted(reason.split(":")[0] for reason in recording.rejections.reasons) == [
+        "line 10",
+        "line 20",
+        "line 30",
+    ]
+    assert len(recording.samples) == 196
+
+
+def test_a_table_without_numbers_is_refused(tmp_path: Path) -> None:
+    for text in ("", "\n\n", "time,q\n", "a,b\n1,2\n", "\0\0\0", "time,q1\nx,y\n"):
+        (tmp_path / "log.csv").write_text(text)
+        with pytest.raises(InvalidInput):
+            read_log(tmp_path / "log.csv")

@@ -124,9 +124,7 @@ def test_laws_of_information(problem: tuple[Belief, Sensor]) -> None:
 
 @settings(max_examples=30, deadline=None)
 @given(problems(), st.floats(1e-6, 1e6), st.floats(-100, 100))
-def test_change_of_units_changes_nothing(
-    problem: tuple[Belief, Sensor], factor: float, offset: float
-) -> None:
+def test_change_of_units_changes_nothing(problem: tuple[Belief, Sensor], factor: float, offset: float) -> None:
     belief, sensor = problem
     prop = belief.network.properties[0]
     means = [factor * (mean + offset) for mean in prop.means]
