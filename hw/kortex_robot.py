@@ -22,7 +22,7 @@ import numpy as np
 
 from dynamics.arm import Arm
 from dynamics.errors import InvalidInput, MotionRefused, PalpateError
-from dynamics.gripper import ParallelGripper, robotiq_2f85
+from dynamics.gripper import ParallelGripper
 from dynamics.robot import GripResult, SampleSink
 from dynamics.signals import Sample
 from dynamics.trajectory import Trajectory
@@ -91,7 +91,7 @@ class KortexRobot:
     ) -> None:
         self.settings = settings = settings or KortexSettings()
         self._arms: dict[str, Arm] = {name: Arm.gen3(name, settings.vision) for name in REVISIONS}
-        self._arm, self._gripper = self._arms[settings.revision], robotiq_2f85()
+        self._arm, self._gripper = self._arms[settings.revision], settings.gripper
         self._host, self._confirm = host, confirm
         self._monitor = SafetyMonitor(self._arm, settings.limits)
         self._path_monitor = SafetyMonitor(self._arm, settings.limits)
