@@ -14,6 +14,7 @@ Array = NDArray[np.float64]
 
 LIMIT_MARGIN = 0.3  # rad beyond a joint's limit that calibration and rounding explain
 BIAS_SHARE = 0.05  # of what the joints are built for: more than the bias of any sensor that works
+FASTEST = 0.5  # rad/s up to which a reading counts as one of an arm at rest
 TURNS = 4 * np.pi  # rad beyond which a joint without limits is more likely in degrees
 
 
@@ -21,7 +22,7 @@ def check_readings(arm: Arm, readings: StaticReadings, name: str) -> None:
     """Refuse readings that cannot be this arm's.
 
     Raises:
-        InvalidInput: for a wrong number of joints, or angles out of range.
+        InvalidInput: for a wrong number of joints, angles out of range, or an arm in motion.
     """
     joints = readings.q.shape[1]
     if joints != arm.nv:
@@ -35,6 +36,11 @@ def check_readings(arm: Arm, readings: StaticReadings, name: str) -> None:
             f"{name}: angle of {arm.joint_names[joint]} in reading {row}",
             f"{readings.q[row, joint]:g} rad",
             f"[{low[joint]:.2f}, {high[joint]:.2f}] rad; degrees given as radians, or joints in another order?",
+        )
+    if readings.dq is not None and np.abs(readings.dq).max(initial=0.0) > FASTEST:
+        speed = f"{np.abs(readings.dq).max():.2f} rad/s"
+        raise InvalidInput(
+            f"{name}: speed", speed, f"at most {FASTEST} rad/s; estimate_payload_motion takes motions"
         )
 
 
