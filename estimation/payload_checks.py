@@ -39,9 +39,7 @@ def check_readings(arm: Arm, readings: StaticReadings, name: str) -> None:
         )
     if readings.dq is not None and np.abs(readings.dq).max(initial=0.0) > FASTEST:
         speed = f"{np.abs(readings.dq).max():.2f} rad/s"
-        raise InvalidInput(
-            f"{name}: speed", speed, f"at most {FASTEST} rad/s; estimate_payload_motion takes motions"
-        )
+        raise InvalidInput(f"{name}: speed", speed, f"<= {FASTEST} rad/s; estimate_payload_motion takes motions")
 
 
 def check_gravity(design: Design, tare: int) -> None:
@@ -64,7 +62,7 @@ def check_gravity(design: Design, tare: int) -> None:
             "opposite to the arm's gravity",
             "torques that the arm exerts on its links; pass torque_sign=-1 for sensors that read the reaction",
         )
-    if agree > weight:
+    if agree > 0.7 * weight:
         raise InvalidInput(
             "tare: torques",
             f"{agree:.1f} N m away from the arm's gravity, which is {weight:.1f} N m (sums over joints)",
