@@ -1,0 +1,11 @@
+"""The actions the robot can take."""
+
+from __future__ import annotations
+
+from selection.actions.action import Action, Findings, Readings
+from selection.actions.squeeze import Squeeze
+from selection.actions.weigh import Weigh
+
+ACTIONS: tuple[Action, ...] = (Weigh(), Squeeze())
+
+__all__ = ["ACTIONS", "Action", "Findings", "Readings", "Squeeze", "Weigh"]

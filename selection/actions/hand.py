@@ -1,0 +1,251 @@
+"""The moves that actions share: reach, grasp, lift, put back. Every path is checked before it is run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.arm import Arm
+from dynamics.collision import Box, Workspace, shifted
+from dynamics.errors import ActionFailed, InvalidInput, MotionRefused
+from dynamics.kinematics import solve_pose, straight_joints, straight_line, tool_down
+from dynamics.objects import DeclaredObject
+from dynamics.robot import GripResult, Robot
+from dynamics.signals import Sample
+from dynamics.trajectory import time_path
+from selection.tape import Tape
+
+Array = NDArray[np.float64]
+
+GATE_HEIGHT = 0.16  # m of the pads over the object's top where every approach begins
+OPENING_MARGIN = 0.004  # m that the gripper must open beyond the object
+GRIP_EFFORT = 0.3  # A at which a grasp is tight
+GRIP_STRAIN = 0.35  # compression of a soft object at which a grasp is tight enough
+PROBE_STEP = 0.0015  # m that the gripper closes to feel whether something is still between the pads
+MAX_EFFORT = 0.9  # A
+PATH_SPEED = 0.6  # share of the arm's speed and acceleration limits
+LINE_SPEED = 0.35
+_TABLE = Box("table", (1.6, 1.6, 0.04), shifted(0.0, 0.0, -0.02))
+_PAD_CLEARANCE = 0.004  # m between the fingertips and the table
+
+
+class Hand:
+    """An arm and gripper at work on one object that stands on the table.
+
+    Args:
+        robot: moves and reads.
+        declared: what is known of the object.
+        tape: gathers what is read.
+
+    Raises:
+        InvalidInput: if the object is larger than the gripper opens, both ways, or stands out of reach.
+    """
+
+    def __init__(self, robot: Robot, declared: DeclaredObject, tape: Tape) -> None:
+        self.robot, self.declared, self.tape = robot, declared, tape
+        self._q = robot.read().q.copy()
+        self._rest = self._q
+        self.edge, turn = _graspable_edge(robot, declared)
+        self.width = declared.size[self.edge]
+        gripper = robot.gripper
+        free = (_TABLE, declared.box())
+        self._free = Workspace(robot.arm, free, self._rest)
+        depth = gripper.pad_depth(self.width) - gripper.tool_depth
+        self._height = max(declared.size[2] / 2, gripper.pad_length / 2 + _PAD_CLEARANCE)
+        held = shifted(0.0, 0.0, depth + self._height - declared.size[2] / 2)
+        # The carried box is a little smaller, so that it may stand on the table.
+        size = (declared.size[self.edge], declared.size[1 - self.edge], declared.size[2])
+        carried = Box("carried object", tuple(edge - 0.01 for edge in size), held)  # type: ignore[arg-type]
+        self._laden = Workspace(robot.arm, (_TABLE,), self._rest, carried)
+        self._is_laden = False
+        x, y = declared.position
+        self.grasp_pose, self._gate = self._reachable(x, y, depth, turn)
+
+    def gate(self) -> None:
+        """Go to the place above the object where every approach begins."""
+        self.go(self._gate)
+
+    def go(self, q: Array) -> None:
+        """Move straight in joint space to joint positions."""
+        self._run(straight_joints(self._q, q), PATH_SPEED)
+
+    def line(self, pose: Array, speed: float = LINE_SPEED) -> None:
+        """Move the tool straight to a pose."""
+        self._run(straight_line(self.robot.arm, self._q, pose), speed)
+
+    def plan_through(self, poses: Sequence[Array], count: int) -> tuple[Array, ...]:
+        """Return joint positions for tool poses, visited one after the other from the gate, laden or not.
+
+        Poses out of reach or in the way are left out; the first so many that are not make the tour.
+        """
+        positions: list[Array] = []
+        near = self._gate
+        for pose in poses:
+            if len(positions) == count:
+                break
+            try:
+                q = solve_pose(self.robot.arm, pose, near)
+                self._laden.check(straight_joints(near, q))
+                self._free.check(straight_joints(near, q))
+                self._laden.check(straight_joints(q, self._gate))
+                self._free.check(straight_joints(q, self._gate))
+            except MotionRefused:
+                continue
+            positions.append(q)
+            near = q
+        return tuple(positions)
+
+    def settle(self, seconds: float = 0.5) -> None:
+        """Wait until the arm has stopped swinging."""
+        self.robot.hold(seconds)
+
+    def open_fully(self) -> None:
+        """Open the gripper."""
+        self.robot.grip(self.robot.gripper.max_opening, self.robot.gripper.max_speed, math.inf)
+
+    def preshape(self) -> None:
+        """Open the gripper as far as it will be with the object in it."""
+        self.robot.grip(self.width, self.robot.gripper.max_speed, math.inf)
+
+    def grasp(self, action: str) -> None:
+        """Descend around the object and close on it; leaves phases ``air`` (closing in air) and ``grasp``.
+
+        Raises:
+            ActionFailed: ``missed``, if nothing is felt between the pads.
+        """
+        gripper = self.robot.gripper
+        self.open_fully()
+        self.line(self.grasp_pose)
+        self.settle(0.2)
+        near = min(self.width + 0.006 + 3 * self.declared.size_sd, gripper.max_opening)
+        with self.tape.phase(action, "air") as air:
+            self.robot.grip(near, gripper.min_speed, MAX_EFFORT)
+        with self.tape.phase(action, "grasp") as closing:
+            result = self.robot.grip((1 - GRIP_STRAIN) * self.width, gripper.min_speed, GRIP_EFFORT)
+        self._is_laden = True
+        self._air, self.closing = air, closing
+        if result is GripResult.REACHED and not self._feels(closing[len(closing) // 2 :]):
+            raise ActionFailed("missed", "the gripper closed without feeling the object")
+
+    def lift(self, height: float | None = None) -> None:
+        """Raise the object straight up, by a height or up to the gate."""
+        if height is None:
+            self.line(self.robot.arm.tool_pose(self._gate))
+            self.go(self._gate)
+        else:
+            pose = self.grasp_pose.copy()
+            pose[2, 3] += height
+            self.line(pose)
+
+    def check_still_held(self, action: str) -> None:
+        """Close a little further and feel for the object.
+
+        Raises:
+            ActionFailed: ``dropped``, if nothing presses back.
+        """
+        opening = self.robot.read().opening
+        with self.tape.phase(action, "probe") as probe:
+            result = self.robot.grip(max(opening - PROBE_STEP, 0.0), self.robot.gripper.min_speed, MAX_EFFORT)
+        if result is GripResult.REACHED and not self._feels(probe[len(probe) // 3 :]):
+            self._is_laden = False
+            raise ActionFailed("dropped", "nothing presses against the pads any more")
+
+    def put_back(self, action: str) -> None:
+        """Set the object down where it stood, let go and rise to the gate."""
+        if np.abs(self._q - self._gate).max() < 1e-6 or self._height_above() > 1e-6:
+            self.line(self.grasp_pose)
+        with self.tape.phase(action, "release"):
+            self.robot.grip(
+                min(self.width + 0.006, self.robot.gripper.max_opening), self.robot.gripper.min_speed, math.inf
+            )
+        self.retreat()
+
+    def retreat(self) -> None:
+        """Open fully, rise straight and go to the gate; works from wherever a failed action left the arm."""
+        self._is_laden = False
+        self.open_fully()
+        if self._height_above() < GATE_HEIGHT - 1e-6:
+            self.line(self.robot.arm.tool_pose(self._gate))
+        self.go(self._gate)
+
+    def rough_payload(self, before: Sequence[Sample], after: Sequence[Sample]) -> float:
+        """Return what the arm carries more after than before, at about the same pose, roughly [kg].
+
+        From the change of torque that gravity of the arm itself does not explain, on all joints at once; good
+        enough to decide how hard to grip.
+        """
+        arm = self.robot.arm
+        change = _residual(arm, after) - _residual(arm, before)
+        q = np.mean([s.q for s in after], axis=0)
+        up = arm.tool_pose(q)[:3, :3].T @ np.array([0.0, 0.0, 9.81])
+        lever = arm.tool_jacobian(q)[:3].T @ up
+        return float(lever @ change / (lever @ lever))
+
+    def _reachable(self, x: float, y: float, depth: float, turns: tuple[float, ...]) -> tuple[Array, Array]:
+        """Return the pose of the grasp and the joint positions of the gate, the closest of the ways to grasp."""
+        best: tuple[float, Array, Array] | None = None
+        problem: MotionRefused | None = None
+        for turn in turns:
+            yaw = self.declared.yaw + turn
+            grasp = tool_down((x, y, self._height + depth), yaw)
+            above = grasp.copy()
+            above[2, 3] = self.declared.size[2] + GATE_HEIGHT + depth
+            try:
+                gate = solve_pose(self.robot.arm, above, self._rest)
+                self._free.check(straight_joints(self._rest, gate))
+                self._free.check(straight_line(self.robot.arm, gate, grasp))
+            except MotionRefused as error:
+                problem = error
+                continue
+            cost = float(np.abs(gate - self._rest).sum())
+            if best is None or cost < best[0]:
+                best = (cost, grasp, gate)
+        if best is None:
+            raise InvalidInput(
+                f"{self.declared.source}: position_m",
+                list(self.declared.position),
+                f"a place that the arm can reach and grasp at ({problem})",
+            )
+        return best[1], best[2]
+
+    def _run(self, path: Array, speed: float) -> None:
+        (self._laden if self._is_laden else self._free).check(path)
+        self.robot.follow(time_path(self.robot.arm, path, speed))
+        self._q = path[-1]
+
+    def _height_above(self) -> float:
+        return float(self.robot.arm.tool_pose(self._q)[2, 3] - self.grasp_pose[2, 3])
+
+    def _feels(self, samples: Sequence[Sample]) -> bool:
+        """Tell whether the motor worked harder than when closing in air, by three standard errors and a quantum."""
+        if len(samples) < 2:
+            return False
+        air = np.array([s.effort for s in self._air])
+        here = np.array([s.effort for s in samples])
+        error = math.sqrt(air.var() / len(air) + here.var() / len(here))
+        return bool(here.mean() - air.mean() > 3 * error + 0.5 * self.robot.gripper.effort_quantum)
+
+
+def _residual(arm: Arm, samples: Sequence[Sample]) -> Array:
+    q = np.mean([s.q for s in samples], axis=0)
+    residual: Array = np.mean([s.tau for s in samples], axis=0) - arm.gravity(q)
+    return residual
+
+
+def _graspable_edge(robot: Robot, declared: DeclaredObject) -> tuple[int, tuple[float, ...]]:
+    """Return which horizontal edge the pads close on, and the turns of the tool from the object that do so."""
+    limit = robot.gripper.max_opening - OPENING_MARGIN
+    fitting = [edge for edge in (1, 0) if declared.size[edge] + 2 * declared.size_sd <= limit]
+    if not fitting:
+        raise InvalidInput(
+            f"{declared.source}: size_m",
+            list(declared.size),
+            f"a width or depth of at most {limit - 2 * declared.size_sd:.4f} m: the gripper opens "
+            f"{robot.gripper.max_opening} m",
+        )
+    edge = min(fitting, key=lambda e: declared.size[e])
+    turns = (0.0, math.pi, -math.pi) if edge == 1 else (math.pi / 2, -math.pi / 2)
+    return edge, turns

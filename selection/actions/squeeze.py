@@ -1,0 +1,128 @@
+"""Squeeze: compress the object by steps, held just above the table, and let it spring back, a few times."""
+
+from __future__ import annotations
+
+import math
+
+from dynamics.errors import ActionFailed
+from dynamics.robot import GripResult
+from dynamics.signals import Sample
+from estimation.network import Network
+from estimation.sensor import Sensor
+from selection.actions.action import Findings, Readings
+from selection.actions.hand import MAX_EFFORT, Hand
+from selection.planner import ActionModel
+
+LIFT = 0.012  # m above the table: the pads swing as they close and would press the object into it
+STEP = 0.0015  # m of closing a step
+DWELL = 0.15  # s between steps
+TRAVEL = 0.03  # m of closing altogether: a stiff object gives little at a time and is squeezed more often
+MOST_CYCLES = 8
+LEAST_CYCLES = 3
+MAX_STRAIN = 0.42
+LEAST_STRAIN = 0.03  # to which the object is let spring back, if its weight allows
+_LOOK = 0.3  # s of holding still to feel the weight
+_SLIPPERY = 0.4  # coefficient of friction that is counted on
+_SAFETY = 1.5  # on the grip force
+_TABLE_SHEAR = 1.4  # closing on the table reads high by up to so much, for the pads push down as they swing
+
+
+class Squeeze:
+    """Squeeze the object and read its elasticity, and its width at contact, off gripper opening and current."""
+
+    name = "squeeze"
+    seconds, setup_seconds = 22.0, 8.0  # s, of the cycles and of the grasp; replaced by what it took
+    sensor = Sensor("elasticity", 300.0, 0.08)  # where the reference has none: default noise of the simulator
+
+    def model(self, network: Network) -> ActionModel | None:
+        """Return what squeezing informs: the elasticity.
+
+        The force's calibration is common to all squeezes, so a second one would not tell much more: one only.
+        """
+        if "elasticity" not in network.quantities:
+            return None
+        sensor = dict(network.sensors).get("squeeze", self.sensor)
+        return ActionModel(self.name, (sensor,), self.seconds, "grasp", self.setup_seconds, repeat_cap=1)
+
+    def perform(self, hand: Hand) -> None:
+        """Squeeze the object and put it back; leaves phases ``air``, ``grasp``, ``compress``, ``dwell``, ``release``.
+
+        The motor current tells of force only while the gripper moves, so the readings are in the steps themselves.
+
+        Raises:
+            ActionFailed: if the object was missed, slipped or dropped.
+        """
+        hand.gate()
+        hand.open_fully()
+        hand.line(hand.grasp_pose)
+        hand.settle()
+        with hand.tape.phase(self.name, "look") as empty:
+            hand.robot.hold(_LOOK)
+        hand.grasp(self.name)
+        closing = hand.closing
+        hand.lift(LIFT)
+        hand.settle()
+        with hand.tape.phase(self.name, "look") as laden:
+            hand.robot.hold(_LOOK)
+        weight = 9.81 * max(hand.rough_payload(empty, laden), 0.0)
+        start = _safe_opening(hand, closing, weight)
+        travel, cycle = 0.0, 0
+        while cycle < LEAST_CYCLES or (travel < TRAVEL and cycle < MOST_CYCLES):
+            # Cycles start a share of the opening's step apart, so that its coarse reading differs between them.
+            shift = (cycle % LEAST_CYCLES) / LEAST_CYCLES * hand.robot.gripper.opening_quantum
+            opening = max(start - shift, hand.robot.read().opening)
+            with hand.tape.phase(self.name, "release"):
+                hand.robot.grip(opening, hand.robot.gripper.min_speed, math.inf)
+            travel += _compress(hand)
+            cycle += 1
+        with hand.tape.phase(self.name, "look") as after:
+            hand.robot.hold(_LOOK)
+        left = 9.81 * hand.rough_payload(empty, after)
+        if weight > 2.0 and left < weight / 2:
+            raise ActionFailed("slipped", "the object slid out of the pads while it was squeezed")
+        hand.check_still_held(self.name)
+        hand.put_back(self.name)
+
+    def measure(self, readings: Readings) -> Findings:
+        """Measure elasticity and width."""
+        from estimation.squeezing import measure_squeeze
+
+        size, sd, edge = readings.size.mean, readings.size.sd, readings.edge
+        estimate, measurements = measure_squeeze(
+            readings.robot.gripper,
+            readings.shape,
+            (size[edge], size[1 - edge], size[2]),
+            readings.phases,
+            size_sd=(sd[edge], sd[1 - edge], sd[2]),
+        )
+        if estimate.bound is None:
+            return Findings(measurements)
+        return Findings(measurements, (f"stiffer than can be told: elasticity >= {estimate.bound:.3g} Pa",))
+
+
+def _compress(hand: Hand) -> float:
+    """Close by steps until the strain or the force is enough; return how far the pads came [m]."""
+    gripper = hand.robot.gripper
+    start = target = hand.robot.read().opening
+    while target > (1 - MAX_STRAIN) * hand.width:
+        target -= STEP
+        with hand.tape.phase("squeeze", "compress"):
+            result = hand.robot.grip(max(target, 0.0), gripper.min_speed, MAX_EFFORT)
+        with hand.tape.phase("squeeze", "dwell"):
+            hand.robot.hold(DWELL)
+        if result is GripResult.STALLED:
+            break
+    return start - hand.robot.read().opening
+
+
+def _safe_opening(hand: Hand, closing: list[Sample], weight: float) -> float:
+    """Return how far the pads may open without losing the object [m].
+
+    The grip force F must carry the weight, 2 mu F >= safety x weight; the opening at which closing met that
+    force is read off the grasp.
+    """
+    gripper = hand.robot.gripper
+    force = _TABLE_SHEAR * _SAFETY * weight / (2 * _SLIPPERY)
+    effort = (force + gripper.friction_force) / gripper.force_per_ampere + 2 * gripper.effort_quantum
+    tight = [sample.opening for sample in closing if sample.effort >= effort]
+    return min(max(tight, default=hand.robot.read().opening), (1 - LEAST_STRAIN) * hand.width)

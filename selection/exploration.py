@@ -1,0 +1,305 @@
+"""The exploration: plan, act, measure, learn, until enough is known or nothing more is worth its time."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+from dynamics.errors import ActionFailed, InvalidInput, MotionRefused
+from dynamics.objects import DeclaredObject
+from dynamics.robot import Robot
+from estimation.belief import Belief
+from estimation.measurement import Measurement
+from estimation.network import Network
+from estimation.recording import RunWriter
+from estimation.size import SizeEstimate
+from selection.actions import ACTIONS, Action, Readings
+from selection.actions.hand import Hand
+from selection.planner import ALL_FAILED, ActionModel, Decision, PlanState, StopRules, plan
+from selection.tape import Tape
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the exploration is after.
+
+    Attributes:
+        target: what the information is about, such as ``material``.
+        price: of time [bits/s].
+        confidence: probability of a class at which to stop.
+        budget: robot time to spend at most [s].
+    """
+
+    target: str = "material"
+    price: float = 0.01
+    confidence: float = 0.95
+    budget: float = float("inf")
+
+
+@dataclass(frozen=True)
+class Step:
+    """One action of an exploration.
+
+    Attributes:
+        decision: what the planner thought, and chose.
+        action: name of the action done.
+        measurements: what it measured.
+        notes: what else it found out, or why it failed.
+        seconds: robot time that it took [s].
+        ok: whether it succeeded.
+        belief: what is believed after it.
+    """
+
+    decision: Decision
+    action: str
+    measurements: tuple[Measurement, ...]
+    notes: tuple[str, ...]
+    seconds: float
+    ok: bool
+    belief: Belief
+
+
+class Watcher(Protocol):
+    """Is told how an exploration goes."""
+
+    def begins(self, belief: Belief) -> None:
+        """Show what is believed beforehand."""
+        ...
+
+    def decides(self, decision: Decision) -> None:
+        """Show what the planner thinks of every action, and its choice."""
+        ...
+
+    def learns(self, step: Step) -> None:
+        """Show what an action brought."""
+        ...
+
+
+class Exploration:
+    """Explores one object.
+
+    All it sees of the world are the robot's samples, the descriptions of arm and gripper, and what the user
+    declares of the object.
+
+    Args:
+        robot: acts and reads.
+        declared: what is known of the object.
+        network: what is known of materials.
+        prior: probabilities of the materials; the reference's if None.
+        settings: what to explore for.
+        watcher: is told how it goes.
+        actions: the repertoire.
+
+    Attributes:
+        steps: what was done so far.
+        belief: what is believed now.
+        stopped_because: why it ended; empty while it goes on.
+
+    Raises:
+        InvalidInput: if the reference does not know anything that an action could tell, the gripper does not
+            open wide enough for the object, or it stands out of reach.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        declared: DeclaredObject,
+        network: Network,
+        prior: Mapping[str, float] | None,
+        settings: Settings,
+        watcher: Watcher,
+        actions: Sequence[Action] = ACTIONS,
+    ) -> None:
+        self._robot, self._declared, self._settings, self._watcher = robot, declared, settings, watcher
+        self._run: RunWriter | None = None
+        self._tape = Tape(robot)
+        self._hand = Hand(robot, declared, self._tape)
+        self._actions = {action.name: action for action in actions}
+        found = {action.name: action.model(network) for action in actions}
+        self._models: dict[str, ActionModel] = {name: model for name, model in found.items() if model is not None}
+        if not self._models:
+            raise InvalidInput(
+                f"reference {network.name}",
+                network.quantities,
+                "a quantity that an action measures: mass, elasticity",
+            )
+        self._blank = Belief(network, prior)
+        self._size = SizeEstimate.declared(declared)
+        self._measured: list[Measurement] = []
+        self._state = PlanState()
+        self.steps: list[Step] = []
+        self.stopped_because = ""
+        self.belief = self._believed()
+
+    @property
+    def seconds(self) -> float:
+        """Robot time spent [s]."""
+        return self._state.spent_seconds
+
+    def record(self, run: RunWriter) -> None:
+        """Keep everything from now on in a run."""
+        self._run = run
+        self._tape.record(run)
+
+    def recall(self, measurements: Sequence[tuple[str, Measurement]], seconds: float) -> None:
+        """Take up an interrupted exploration: believe what was measured, without doing it again.
+
+        Args:
+            measurements: action and measurement, in order.
+            seconds: robot time spent on them [s].
+        """
+        for name, measurement in measurements:
+            self._take(name, measurement)
+        for name in dict.fromkeys(name for name, _ in measurements):
+            if name in self._models:
+                self._state = _free_hand(self._state.after(self._models[name], 0.0))
+        self._state = replace(self._state, spent_seconds=self._state.spent_seconds + seconds)
+        self.belief = self._believed()
+
+    def explore(self) -> None:
+        """Go on until a reason to stop; it is left in `stopped_because`."""
+        self._watcher.begins(self.belief)
+        self._note_belief()
+        while not self.stopped_because:
+            self.step()
+
+    def step(self) -> None:
+        """Plan and do one action, or find a reason to stop."""
+        settings = self._settings
+        decision = plan(
+            self.belief,
+            tuple(self._models.values()),
+            settings.target,
+            settings.price,
+            self._state,
+            StopRules(settings.confidence, settings.budget),
+        )
+        self._watcher.decides(decision)
+        if self._run is not None:
+            self._run.decision(self._robot.read().time, decision_record(decision))
+        if decision.choice is None:
+            self.stopped_because = decision.stop or ALL_FAILED
+            return
+        step = self._do(decision, self._actions[decision.choice])
+        self.steps.append(step)
+        self._note_belief()
+        self._watcher.learns(step)
+
+    def _do(self, decision: Decision, action: Action) -> Step:
+        """Do an action; what fails on the object is part of the result, what fails on the robot is raised."""
+        start = self._robot.read().time
+        measurements: tuple[Measurement, ...] = ()
+        notes: tuple[str, ...] = ()
+        ok = True
+        try:
+            action.perform(self._hand)
+            findings = action.measure(self._readings())
+            measurements, notes = findings.measurements, findings.notes
+        except (ActionFailed, MotionRefused, InvalidInput) as error:
+            log.info("%s failed: %s", action.name, error)
+            ok, notes = False, (str(error),)
+            self._recover()
+        seconds = self._robot.read().time - start
+        model = self._models[action.name]
+        if ok:
+            for measurement in measurements:
+                if self._run is not None:
+                    self._run.measurement(self._robot.read().time, action.name, measurement)
+                self._take(action.name, measurement)
+            timed = replace(self._models[action.name], seconds=max(seconds - model.setup_seconds, 0.0))
+            self._models[action.name] = timed
+            self._state = _free_hand(self._state.after(timed, seconds))
+        else:
+            self._state = self._state.failing(model, seconds)
+        self._tape.take()
+        self.belief = self._believed()
+        return Step(decision, action.name, measurements, notes, seconds, ok, self.belief)
+
+    def _recover(self) -> None:
+        """Let go and rise; if even that is refused, the exploration ends here with the arm standing still."""
+        try:
+            self._hand.retreat()
+        except MotionRefused as error:
+            self._robot.stop()
+            self.stopped_because = f"the arm could not retreat: {error}"
+
+    def _readings(self) -> Readings:
+        return Readings(self._robot, self._tape.take(), self._declared.shape, self._size, self._hand.edge)
+
+    def _take(self, action: str, measurement: Measurement) -> None:
+        """Learn from a measurement: of the object's width by its size, of other quantities by the network."""
+        if measurement.property == "width":
+            self._size = self._size.with_edge(self._hand.edge, measurement)
+            return
+        self._measured.append(measurement)
+        model = self._models.get(action)
+        if model is not None:
+            self._models[action] = model.observed(measurement)
+
+    def _believed(self) -> Belief:
+        """Condition on everything known: the size as it is known now, and every measurement.
+
+        From the start each time, for a better size replaces the one believed before.
+        """
+        network, volume = self._blank.network, self._size.volume()
+        belief = self._blank
+        if "volume" in network.quantities:
+            belief = belief.update(volume)
+        for measurement in self._measured:
+            if measurement.property == "mass" and "mass" not in network.quantities:
+                measurement = density_of(measurement, volume)
+            if measurement.property in network.quantities:
+                belief = belief.update(measurement)
+        return belief
+
+    def _note_belief(self) -> None:
+        if self._run is not None:
+            self._run.belief(self._robot.read().time, belief_record(self.belief))
+
+
+def density_of(mass: Measurement, volume: Measurement) -> Measurement:
+    """Return the density of a mass in a volume, for references that know no mass [kg/m^3]."""
+    density = mass.mean / volume.mean
+    relative = (mass.sd / max(abs(mass.mean), 1e-12), volume.sd / volume.mean)
+    return Measurement("density", density, abs(density) * (relative[0] ** 2 + relative[1] ** 2) ** 0.5, "kg/m^3")
+
+
+def decision_record(decision: Decision) -> dict[str, object]:
+    """Return a decision as it stands in the recording."""
+    return {
+        "target": decision.target,
+        "price": decision.price,
+        "actions": {
+            score.name: {
+                "bits": score.bits,
+                "seconds": score.seconds,
+                "value": score.value,
+                "feasible": score.feasible,
+                "reason": score.reason,
+            }
+            for score in decision.scores
+        },
+        "choice": decision.choice,
+        "stop": decision.stop,
+    }
+
+
+def belief_record(belief: Belief) -> dict[str, object]:
+    """Return a belief as it stands in the recording and in the result."""
+    return {
+        "belief": {name: belief.probabilities(name) for name in belief.network.variables},
+        "properties": {
+            name: {"mean": marginal.mean, "sd": marginal.sd, "unit": marginal.unit}
+            for name in belief.network.quantities
+            if (marginal := belief.marginal(name)) is not None
+        },
+    }
+
+
+def _free_hand(state: PlanState) -> PlanState:
+    """Return the state with the object put back: the next action has to grasp it again."""
+    return replace(state, setups=frozenset())

@@ -1,0 +1,102 @@
+"""The registry of robots: the one place where the exploration's side names simulation and hardware.
+
+An entry opens a robot and, for a simulated one, hands out the truth about its object apart from it, for the
+comparison at the very end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from dynamics.errors import InvalidInput, UnknownName
+from dynamics.robot import Robot
+
+NOISE_NAMES = ("default", "none")
+
+
+@dataclass(frozen=True)
+class RobotRequest:
+    """Which robot is wanted.
+
+    Attributes:
+        object_file: the object on its table; a real robot does not read it.
+        noise: ``default``, ``none``, or the path of a sensor model; for simulated robots.
+        seed: of everything random in a simulated robot.
+    """
+
+    object_file: Path
+    noise: str = "default"
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class OpenedRobot:
+    """A robot ready to move.
+
+    Attributes:
+        robot: what the exploration sees.
+        truth: what the object really is, if it is simulated: its material, and the SI values of its properties.
+    """
+
+    robot: Robot
+    truth: Truth | None
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What a simulated object really is.
+
+    Attributes:
+        material: the name of its material, or ``unknown``.
+        properties: SI values by name.
+        units: SI units by name.
+    """
+
+    material: str
+    properties: Mapping[str, float]
+    units: Mapping[str, str]
+
+
+def open_robot(name: str, request: RobotRequest) -> OpenedRobot:
+    """Open a robot by name.
+
+    Raises:
+        UnknownName: if there is no robot of that name.
+        PalpateError: if it cannot be opened.
+    """
+    if name not in ROBOTS:
+        raise UnknownName("--robot", name, ROBOTS)
+    return ROBOTS[name](request)
+
+
+def _simulated(request: RobotRequest) -> OpenedRobot:
+    from sim.robot import MujocoRobot
+    from sim.sensors import SensorModel
+    from sim.truth import read_truth
+
+    truth = read_truth(request.object_file)
+    if request.noise == "default":
+        noise = SensorModel()
+    elif request.noise == "none":
+        noise = SensorModel.none()
+    elif request.noise.endswith(".toml") or "/" in request.noise:
+        noise = SensorModel.from_file(Path(request.noise))
+    else:
+        raise InvalidInput("--noise", request.noise, f"{', '.join(NOISE_NAMES)}, or a TOML file")
+    told = Truth(
+        material=truth.material,
+        properties={
+            "mass": truth.mass,
+            "density": truth.density,
+            "elasticity": truth.young_modulus,
+            "friction": truth.friction,
+            "volume": truth.volume,
+        },
+        units={"mass": "kg", "density": "kg/m^3", "elasticity": "Pa", "friction": "1", "volume": "m^3"},
+    )
+    return OpenedRobot(MujocoRobot(truth, noise, request.seed), told)
+
+
+ROBOTS: dict[str, Callable[[RobotRequest], OpenedRobot]] = {"sim": _simulated}
