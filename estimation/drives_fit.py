@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from dynamics.arm import Arm
 from dynamics.errors import InvalidInput
-from estimation.autocorrelation import independent_count, long_run_covariance
+from estimation.autocorrelation import independent_count, long_run_covariance, small_sample_widening
 from estimation.drives import Drives
 from estimation.graph import LinearGraph, key
 from estimation.motion_rows import MotionRows
@@ -166,8 +166,9 @@ def _covariance(runs: list[_Run], state: _State, prior: _Prior, precision: list[
         bread[:used, :used] += flat.T @ flat
         residual = run.residual(state)
         scores = np.einsum("tjp,tj->tp", jacobian, weight * residual)
-        meat[:used, :used] += long_run_covariance(scores - scores.mean(axis=0))
-        worth += independent_count(residual)
+        scores -= scores.mean(axis=0)
+        meat[:used, :used] += long_run_covariance(scores) * small_sample_widening(scores) ** 2
+        worth += independent_count(np.sqrt(weight) * residual)
     inverse = np.linalg.inv(bread)
     fitted = float(np.trace(inverse @ (bread - known)))  # parameters that the runs, not the prior, have set
     meat *= worth / max(worth - fitted, MOST_FITTED * worth)  # residuals are smaller than errors by that

@@ -20,6 +20,7 @@ from estimation.autocorrelation import (
     block_bootstrap_covariance,
     independent_count,
     long_run_covariance,
+    small_sample_widening,
 )
 from estimation.drives import Drives
 from estimation.graph import LinearGraph, key
@@ -34,6 +35,7 @@ PRIOR_SD = 100.0  # kg, kg m, kg m^2: only keeps the graph solvable
 OFFSET_SD = 100.0  # N m
 OUTLIER_RATE = 0.02
 ROUNDS = 30
+MOST_FITTED = 0.1  # share of the residuals' freedom that is left at least
 DISTINCT = 3.0  # sd by which every principal moment of inertia must exceed zero to count as identified
 
 
@@ -169,8 +171,6 @@ def _covariance(
     draws: int,
 ) -> Array:
     """Return the covariance of payload and offset: of the correlated residuals, and of the calibration."""
-    from scipy.special import stdtrit
-
     joints = residual.shape[1]
     weighted = matrix * precision[:, :, None]
     prior = np.concatenate([np.full(10, PRIOR_SD), np.full(joints, OFFSET_SD)])
@@ -186,8 +186,8 @@ def _covariance(
     by_model = np.einsum("tji,tjk->ik", weighted, rows.model, optimize=True)
     by_gain = np.einsum("tji,tj->ij", weighted, rows.effort / drives.inverse_gain**2)
     slope = inverse @ np.hstack([by_model, by_gain])
-    freedom = max(independent_count(residual) - len(information), 3.0)
-    widening = float(stdtrit(freedom, 0.975)) / 1.96 * np.sqrt(1 + len(information) / freedom)
+    count = independent_count(np.sqrt(precision) * residual)
+    widening = small_sample_widening(scores) * np.sqrt(count / max(count - len(information), MOST_FITTED * count))
     covariance: Array = widening**2 * inverse @ spread @ inverse + slope @ drives.covariance @ slope.T
     return covariance
 

@@ -54,7 +54,7 @@ def record(true_arm, seed, payload=None, kind="current"):
     if payload is not None:
         tau += np.array([true_arm.payload_regressor(*row) @ payload for row in zip(q, dq, ddq, strict=True)])
     tau += COULOMB * np.tanh(dq / 0.02) + VISCOUS * dq
-    slow = lfilter([0.1], [1, -0.97], rng.normal(size=tau.shape), axis=0) * COULOMB * 0.25
+    slow = lfilter([0.1], [1, -0.97], rng.normal(size=tau.shape), axis=0) * COULOMB * 0.1
     tau += slow + 0.05 * COULOMB * rng.normal(size=tau.shape)
     effort = tau / GAIN if kind == "current" else tau
     effort = effort + 5 * (rng.random(tau.shape) < 0.002)
@@ -64,13 +64,13 @@ def record(true_arm, seed, payload=None, kind="current"):
 @pytest.fixture(scope="module")
 def rows(arm, true_arm):
     other = 0.6 * BODY
-    payloads = {"empty": None, "again": None, "reference": BODY, "other": other}
+    payloads = {"empty": None, "again": None, "reference": BODY, "other": other, "unseen": None}
     return {name: motion_rows(arm, record(true_arm, i, p)) for i, (name, p) in enumerate(payloads.items())}
 
 
 @pytest.fixture(scope="module")
 def drives(arm, rows):
-    return calibrate_drives(arm, [rows["empty"]], [rows["reference"]], MASS)
+    return calibrate_drives(arm, [rows["empty"], rows["again"]], [rows["reference"]], MASS)
 
 
 def test_gains_come_from_a_known_mass(drives):
@@ -81,12 +81,14 @@ def test_gains_come_from_a_known_mass(drives):
 
 def test_another_payload_and_none_are_read_right(drives, rows):
     other = estimate_payload_motion(rows["other"], drives)
-    low, high = other.mass_interval
-    assert low < 0.6 * MASS < high
+    assert abs(other.mass - 0.6 * MASS) < 3 * other.mass_sd
     assert other.mass_sd < 0.1
     np.testing.assert_allclose(other.center_of_mass, CENTER, atol=0.03)
+    unseen = estimate_payload_motion(rows["unseen"], drives)
+    assert abs(unseen.mass) < 3 * unseen.mass_sd
     empty = estimate_payload_motion(rows["again"], drives)
     assert not empty.mass_is_distinct
+    assert "no payload" in empty.verdict
     assert np.all(np.isnan(empty.center_of_mass))
 
 
@@ -94,7 +96,7 @@ def test_bootstrap_agrees_with_the_formula(drives, rows):
     formula = estimate_payload_motion(rows["other"], drives)
     drawn = estimate_payload_motion(rows["other"], drives, bootstrap=np.random.default_rng(0))
     assert drawn.mass_sd == pytest.approx(formula.mass_sd, rel=0.25)
-    assert drawn.mass == formula.mass
+    assert drawn.mass == pytest.approx(formula.mass, abs=1e-9)
 
 
 def test_without_a_reference_the_gains_admit_it(arm, rows):
@@ -103,6 +105,7 @@ def test_without_a_reference_the_gains_admit_it(arm, rows):
     found = estimate_payload_motion(rows["other"], alone)
     assert found.mass_sd > 0.1 * found.mass
     assert abs(found.mass - 0.6 * MASS) < 3 * found.mass_sd
+    assert "inertia not identifiable" in found.verdict
 
 
 def test_known_gains_do_as_well_as_a_reference(arm, rows):
