@@ -96,7 +96,10 @@ def fuse_stiffness(estimates: Sequence[StiffnessEstimate], *, same_width: bool =
     gain = max(
         math.sqrt(max((e.sd / e.young_modulus) ** 2 - (e.reading_sd / e.young_modulus) ** 2, 0.0)) for e in valued
     )
-    scatter, inlier = 0.0, np.ones(len(valued))
+    # From the median on: a mean would take a squeeze that went wrong for scatter of all.
+    mean = np.median(read, axis=0)
+    scatter = _first_scatter(read, noise, mean)
+    inlier = _inlier(read, noise, scatter, mean, same_width=False)
     mean, covariance = _solve(read, noise, inlier, scatter, gain, same_width)
     for _ in range(ROUNDS):
         before = scatter
@@ -192,6 +195,12 @@ def _solve(
     solution = graph.solve(truth)
     inverse = np.linalg.inv(solution.root)
     return solution[truth], inverse @ inverse.T
+
+
+def _first_scatter(read: Array, noise: Array, mean: Array) -> float:
+    """Return a first guess of the scatter, from the median of the residuals."""
+    spread = 1.4826 * float(np.median(np.abs(read[:, 0] - mean[0])))
+    return math.sqrt(max(spread**2 - float(np.median(noise[:, 0, 0])), 0.0))
 
 
 def _scatter(read: Array, noise: Array, inlier: Array, mean: Array, same_width: bool) -> float:
