@@ -24,7 +24,12 @@ from dynamics.errors import InvalidInput, PalpateError
 from dynamics.gripper import ParallelGripper, robotiq_2f85
 from estimation.stiffness import estimate_stiffness
 from estimation.stiffness_estimate import StiffnessEstimate
-from estimation.stiffness_repeats import FusedStiffness, calibrate_series_stiffness, fuse_stiffness
+from estimation.stiffness_repeats import (
+    FusedStiffness,
+    calibrate_series_stiffness,
+    fuse_stiffness,
+    without_gripper,
+)
 
 COLUMNS = ("force_N", "opening_m")
 WIDTH = 0.05  # m; of an object whose width nobody knows, until its squeezes have told it
@@ -89,11 +94,14 @@ def estimate_files(
         series: stiffness of gripper and pads, and its standard deviation [N/m].
     """
     known = WIDTH if width is None else width
-    estimates = _estimates(paths, shape, known, poisson, series)
+    estimates = _estimates(paths, shape, known, poisson, (math.inf, 0.0) if width is None else series)
     if width is None:
         known = float(np.median([e.onset for e in estimates]))
         estimates = _estimates(paths, shape, known, poisson, series)
-    return SqueezedObject(name, estimates, fuse_stiffness(estimates))
+    if math.isinf(series[0]):
+        return SqueezedObject(name, estimates, fuse_stiffness(estimates))
+    together = _estimates(paths, shape, known, poisson, (math.inf, 0.0))
+    return SqueezedObject(name, estimates, without_gripper(fuse_stiffness(together), together, *series))
 
 
 def _estimates(
