@@ -11,7 +11,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from dynamics.arm import Arm
-from dynamics.errors import MotionRefused
+from dynamics.errors import InvalidInput, MotionRefused
 
 Array = NDArray[np.float64]
 
@@ -88,8 +88,14 @@ class Workspace:
 
         Raises:
             MotionRefused: naming what would touch what, and how far along.
+            InvalidInput: for a path of the wrong shape or with numbers that are not finite.
         """
         points = np.asarray(path, float)
+        nv = self.arm.nv
+        if points.ndim != 2 or len(points) < 1 or points.shape[1] != nv or not np.all(np.isfinite(points)):
+            raise InvalidInput("collision check: path", f"shape {points.shape}", f"finite positions, (N, {nv})")
+        if len(points) == 1:
+            points = points[[0, 0]]
         for number, (a, b) in enumerate(pairwise(points)):
             for q in np.linspace(a, b, max(int(np.ceil(np.abs(b - a).max() / step)), 1) + 1):
                 touching = self._touching(q)

@@ -3,9 +3,9 @@
     kappa = F / (A_pad E e)
 
 for the force F at the strain e. The table holds kappa for pads that hold the surface sideways and for pads that
-slip, over Poisson's ratio, slenderness L / sqrt(B H), face ratio H / B, and the shares a / B and b / H of the face.
-Its values are Richardson's extrapolation 2 k(12) - k(6) of :class:`dynamics.elasticity.PressedBlock` with 12 and 6
-cells per half extent: the corner under a pad's edge makes the error of k(n) proportional to 1 / n.
+slip, over Poisson's ratio, slenderness L / sqrt(B H), face ratio H / B, and the pad's shares a / B and b / H of a
+face. Its values are Richardson's extrapolation 2 k(12) - k(6) of :class:`dynamics.elasticity.PressedBlock` with 12
+and 6 cells per half extent: the corner under a pad's edge makes the error of k(n) proportional to 1 / n.
 ``python -m dynamics.indentation FILE`` computes the table again.
 """
 
@@ -89,8 +89,7 @@ def compute_row(poisson: float, slenderness: float, face_ratio: float) -> Array:
             ]
         )
     coarse, fine = np.array(found)
-    extrapolated: Array = 2 * fine - coarse  # forces of strain 1 with E = 1 on a face of area 1
-    return extrapolated
+    return np.asarray(2 * fine - coarse)  # forces of strain 1 with E = 1 on a face of area 1
 
 
 def compute_table(path: Path) -> None:
@@ -113,7 +112,8 @@ def _table() -> Array:
     with TABLE.open(newline="") as file:
         rows = [(float(row["glued"]), float(row["slipping"])) for row in csv.DictReader(file)]
     shape = (len(POISSON), len(SLENDERNESS), len(FACE_RATIO), 6, 6, 2)
-    return np.log(np.array(rows)).reshape(shape)
+    table: Array = np.log(np.array(rows)).reshape(shape)
+    return table
 
 
 def _interpolate(values: Array, axes: Sequence[Array], place: Sequence[float]) -> Array:

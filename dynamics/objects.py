@@ -15,10 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.collision import Box
+from dynamics.errors import InvalidInput
 from dynamics.tables import Table, read_toml
 
 Shape = Literal["box"]
 SHAPES: tuple[Shape, ...] = ("box",)
+
+LONGEST_NAME = 80
 
 
 @dataclass(frozen=True)
@@ -32,6 +35,7 @@ class DeclaredObject:
         size_sd: standard deviation of each edge length [m].
         position: where its base stands on the table: x and y in the arm's base frame [m].
         yaw: how far it is turned about the vertical [rad].
+        source: the file that says so, for messages.
     """
 
     name: str
@@ -40,6 +44,7 @@ class DeclaredObject:
     size_sd: float
     position: tuple[float, float]
     yaw: float
+    source: str = "declared object"
 
     @property
     def volume(self) -> float:
@@ -72,20 +77,30 @@ def read_declared(path: Path) -> DeclaredObject:
         InvalidInput: for a file that is missing or malformed, naming key, value and what is valid.
     """
     file = Table(str(path), read_toml(path))
-    file.has("about")
+    file.text("about", "")
     file.has("truth")
     table = file.table("declared")
     file.done()
     declared = DeclaredObject(
-        name=table.text("name", path.stem),
+        name=_name(table, path.stem),
         shape=_shape(table.text("shape", "box", SHAPES)),
         size=_three(table.numbers("size_m", 3, at_least=0.02, at_most=0.3, unit="m")),
         size_sd=table.number("size_sd_m", 0.0005, above=0.0, at_most=0.02, unit="m"),
         position=_two(table.numbers("position_m", 2, (0.5, 0.0), at_least=-0.9, at_most=0.9, unit="m")),
         yaw=math.radians(table.number("yaw_deg", 0.0, at_least=-180, at_most=180, unit="deg")),
+        source=str(path),
     )
     table.done()
     return declared
+
+
+def _name(table: Table, default: str) -> str:
+    """Return the object's name, which also names folders."""
+    name = table.text("name", default)
+    if not name.isprintable() or not name.strip(". ") or "/" in name or "\\" in name or len(name) > LONGEST_NAME:
+        valid = f"a name of 1 to {LONGEST_NAME} printable characters without slashes"
+        raise InvalidInput(f"{table.where}: name", name, valid)
+    return name
 
 
 def _shape(name: str) -> Shape:

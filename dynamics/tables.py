@@ -11,6 +11,7 @@ from typing import Any
 from dynamics.errors import InvalidInput
 
 MAX_BYTES = 1_000_000
+_LARGEST = 1e300  # nothing physical is larger; integers may be too large for a float
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -20,12 +21,14 @@ def read_toml(path: Path) -> dict[str, Any]:
         InvalidInput: if it is missing, too large, not text or not TOML.
     """
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise InvalidInput(str(path), f"{path.stat().st_size} bytes", f"a TOML file of at most {MAX_BYTES}")
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        with path.open("rb") as file:
+            content = file.read(MAX_BYTES + 1)  # bounded also for what has no size, such as a device
+        if len(content) > MAX_BYTES:
+            raise InvalidInput(str(path), f"more than {MAX_BYTES} bytes", f"a TOML file of at most {MAX_BYTES}")
+        return tomllib.loads(content.decode("utf-8"))
     except OSError as error:
         raise InvalidInput(str(path), error.strerror or str(error), "a readable TOML file") from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # not TOML, not text, a number or a nesting without end
         raise InvalidInput(str(path), str(error), "a TOML file") from None
 
 
@@ -111,10 +114,9 @@ class Table:
         return default
 
     def _checked(self, key: str, value: object, at_least: float, above: float, at_most: float, unit: str) -> float:
-        good = isinstance(value, int | float) and not isinstance(value, bool)
-        if good:
-            number = float(value)  # type: ignore[arg-type]
-            if math.isfinite(number) and at_least <= number <= at_most and number > above:
+        if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < _LARGEST:
+            number = float(value)
+            if at_least <= number <= at_most and number > above:
                 return number
         bounds = [
             f"> {above:g}" if math.isfinite(above) else "",

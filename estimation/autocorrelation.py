@@ -68,6 +68,13 @@ def block_bootstrap_covariance(scores: Array, length: int, draws: int, rng: np.r
     return np.atleast_2d(np.cov(totals, rowvar=False))
 
 
-def effective_count(scores: Array) -> float:
-    """Return how many independent samples the series is worth: T over twice the kernel's reach."""
-    return len(scores) / max(1.0, 2 * bandwidth(scores) * 2 / 3)
+def independent_count(residual: Array) -> float:
+    """Return how many independent numbers correlated residuals are worth: sum_j T (1 - rho_j) / (1 + rho_j).
+
+    Args:
+        residual: one AR(1) series a column, in order of time, (T, n).
+    """
+    before, after = residual[:-1], residual[1:]
+    power = (residual**2).mean(axis=0)
+    rho = np.clip((before * after).mean(axis=0) / np.where(power > 0, power, 1.0), 0.0, 0.999)
+    return float(np.sum(len(residual) * (1 - rho) / (1 + rho)))

@@ -12,8 +12,6 @@ from dynamics.errors import InvalidInput
 from estimation.measurement import Measurement
 from estimation.network import CATEGORY, LINEAR, MATERIAL, Network, Property
 
-VARIABLES = (MATERIAL, CATEGORY)
-
 
 @dataclass(frozen=True, eq=False)
 class HybridPosterior:
@@ -57,20 +55,22 @@ def hybrid_posterior(
     rows = [_row(network, measurement) for measurement in measurements]
     used = tuple(sorted({name for row in rows for name in row}))
     keys = {name: gtsam.symbol("x", i) for i, name in enumerate(used)}
-    classes = {
-        name: (gtsam.symbol("c", i), len(network.classes(name)))
-        for i, name in enumerate(VARIABLES)
-        if name in network.variables
-    }
+    sizes = {name: len(network.classes(name)) for name in network.variables}
+    # a discrete variable of one value makes gtsam's discrete marginal uniform: it is left out
+    classes = {n: (gtsam.symbol("c", i), sizes[n]) for i, n in enumerate(sizes) if sizes[n] > 1}
+    if not classes:
+        raise InvalidInput(f"hybrid graph: network {network.name}", sizes, "a variable of two classes or more")
     graph = gtsam.HybridGaussianFactorGraph()
     graph.push_back(gtsam.DecisionTreeFactor(list(classes.values()), _joint_prior(network).ravel().tolist()))
     for variable, values in (likelihoods or {}).items():
+        if variable not in classes:
+            continue
         table = np.array([values[name] for name in network.classes(variable)])
         graph.push_back(gtsam.DecisionTreeFactor([classes[variable]], table.tolist()))
     for name in used:
         prop = network.property(name)
         modes = [_gaussian(gtsam, keys[name], *moments) for moments in _moments(network, prop)]
-        if prop.parent is None:
+        if prop.parent not in classes:
             graph.push_back(modes[0][0])
         else:
             graph.push_back(gtsam.HybridGaussianFactor(classes[prop.parent], modes))
@@ -136,9 +136,9 @@ def _read(
         ordering.push_back(key)
     for k, (material, category) in enumerate(zip(bank.material, bank.category, strict=True)):
         value = gtsam.DiscreteValues()
-        value[classes[MATERIAL]] = int(material)
-        if CATEGORY in classes:
-            value[classes[CATEGORY]] = int(category)
+        for variable, index in ((MATERIAL, material), (CATEGORY, category)):
+            if variable in classes:
+                value[classes[variable]] = int(index)
         weight[k] = table.evaluate(value)
         if keys:
             chosen = net.choose(value)

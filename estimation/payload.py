@@ -136,6 +136,7 @@ def summarise(
         residuals=fit.residual,
         noise_sd=sd,
         condition=float(np.linalg.cond(covariance / np.outer(scale, scale))),
+        capacity=design.capacity,
     )
 
 

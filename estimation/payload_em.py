@@ -51,7 +51,8 @@ def fit_with_noise(
         InvalidInput: if there are too few readings to know their noise.
     """
     joints = design.torque.shape[1]
-    common = known.mean(axis=0) if known.max() > 0 else _first_guess(design, drift, pose_sd)
+    # Not less than the residuals show: readings that scatter far more than their samples would all look like outliers.
+    common = np.maximum(known.mean(axis=0), _first_guess(design, drift, pose_sd))
     fit: Fit | None = None
     for _ in range(NOISE_ROUNDS):
         sd = np.sqrt(known + common)

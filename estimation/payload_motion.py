@@ -15,12 +15,17 @@ from numpy.typing import NDArray
 
 from dynamics.errors import InvalidInput
 from dynamics.payload import inertia_matrix, is_physical, skew
-from estimation.autocorrelation import bandwidth, block_bootstrap_covariance, effective_count, long_run_covariance
+from estimation.autocorrelation import (
+    bandwidth,
+    block_bootstrap_covariance,
+    independent_count,
+    long_run_covariance,
+)
 from estimation.drives import Drives
 from estimation.graph import LinearGraph, key
-from estimation.log_cholesky_fit import nearest_body
 from estimation.measurement import Measurement
 from estimation.motion_rows import MotionRows
+from estimation.nearest_body import nearest_body
 from estimation.payload_noise import responsibilities
 
 Array = NDArray[np.float64]
@@ -37,7 +42,8 @@ class MotionPayload:
     """A payload estimated from a motion.
 
     Attributes:
-        parameters: [m, m c, Ixx, Ixy, Iyy, Ixz, Iyz, Izz] about the tool's origin, (10,); a body that can exist.
+        parameters: [m, m c, Ixx, Ixy, Iyy, Ixz, Iyz, Izz] about the tool's origin, (10,); a body that can exist,
+            if the mass is distinct from zero.
         covariance: of the unconstrained parameters, scaled so that +-1.96 sd cover 95 %, (10, 10).
         inertia_identified: whether the motion tells the inertia about the centre of mass from zero.
         weights: share of good readings in every block of time, (T,).
@@ -135,7 +141,7 @@ def estimate_payload_motion(
     identified = _inertia_identified(values[:10], covariance)
     parameters = values[:10]
     if values[0] > 2 * np.sqrt(covariance[0, 0]) and not is_physical(parameters):
-        parameters = nearest_body(parameters, np.asarray(np.linalg.inv(covariance), np.float64))
+        parameters = nearest_body(parameters, np.asarray(np.linalg.inv(covariance[4:, 4:]), np.float64))
     return MotionPayload(parameters, covariance, identified, belief.reading.mean(axis=1), sigma)
 
 
@@ -180,8 +186,8 @@ def _covariance(
     by_model = np.einsum("tji,tjk->ik", weighted, rows.model, optimize=True)
     by_gain = np.einsum("tji,tj->ij", weighted, rows.effort / drives.inverse_gain**2)
     slope = inverse @ np.hstack([by_model, by_gain])
-    freedom = max(effective_count(scores) - 4, 3.0)
-    widening = float(stdtrit(freedom, 0.975)) / 1.96
+    freedom = max(independent_count(residual) - len(information), 3.0)
+    widening = float(stdtrit(freedom, 0.975)) / 1.96 * np.sqrt(1 + len(information) / freedom)
     covariance: Array = widening**2 * inverse @ spread @ inverse + slope @ drives.covariance @ slope.T
     return covariance
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Literal
 
 import numpy as np
@@ -25,7 +26,7 @@ Array = NDArray[np.float64]
 Step = tuple[Literal["tare", "load"], int]
 
 CENTER_SD = 0.1  # m: what is thought of the centre of mass while too few poses are chosen to tell
-EXCHANGES = 10
+EXCHANGES, SWAP_ROUNDS = 10, 3
 TILT = 1e-3  # kg^-2: keeps the first greedy steps solvable
 
 
@@ -86,12 +87,18 @@ def plan_poses(
     information = np.einsum("nji,j,njk->nik", body, 0.5 / variance, body)
     chosen = _exchange(information, count)
     poses = pool[chosen]
-    sds = {name: _expected_sd(arm, poses, order, noise) for name, order in _orders(count).items()}
+    drifts = bool(np.any(noise.per_joint("drift", arm.nv) > 0))
+    arranged = {
+        name: _arranged(arm, poses, order, noise) if drifts else poses for name, order in _orders(count).items()
+    }
+    sds = {name: _expected_sd(arm, arranged[name], order, noise) for name, order in _orders(count).items()}
     best = min(sds, key=lambda name: round(sds[name], 6))  # of equals, the first
     drawn = [rng.choice(len(pool), count, replace=False) for _ in range(21)]
     random = [_expected_sd(arm, pool[i], _orders(count)[best], noise) for i in drawn]
     lever = np.abs(body[:, :, 0]) / np.sqrt(2 * variance)
-    return PosePlan(poses, _orders(count)[best], sds[best], sds, float(np.median(random)), float(1 / lever.max()))
+    return PosePlan(
+        arranged[best], _orders(count)[best], sds[best], sds, float(np.median(random)), float(1 / lever.max())
+    )
 
 
 def _candidates(
@@ -118,20 +125,26 @@ def _exchange(information: Array, count: int) -> NDArray[np.int_]:
     start = np.diag([TILT, *[TILT / CENTER_SD**2] * 3])
     chosen: list[int] = []
     for _ in range(count):
-        total = start + information[chosen].sum(axis=0)
-        chosen.append(int(np.argmin(_mass_variance(total + information))))
+        chosen.append(_best(start + information[chosen].sum(axis=0), information, chosen))
     for _ in range(EXCHANGES):
         before = list(chosen)
         for place in range(count):
-            rest = start + information[[c for i, c in enumerate(chosen) if i != place]].sum(axis=0)
-            chosen[place] = int(np.argmin(_mass_variance(rest + information)))
+            others = [c for i, c in enumerate(chosen) if i != place]
+            chosen[place] = _best(start + information[others].sum(axis=0), information, others)
         if chosen == before:
             break
     return np.array(chosen)
 
 
+def _best(so_far: Array, information: Array, taken: list[int]) -> int:
+    """Return the candidate that helps most; no pose twice, for a bad one must not spoil all."""
+    variance = _mass_variance(so_far + information)
+    variance[taken] = np.inf
+    return int(np.argmin(variance))
+
+
 def _mass_variance(information: Array) -> Array:
-    return np.asarray(np.linalg.inv(information)[:, 0, 0], np.float64)
+    return np.asarray(np.linalg.inv(information)[..., 0, 0], np.float64)
 
 
 def _orders(count: int) -> dict[str, tuple[Step, ...]]:
@@ -147,6 +160,22 @@ def _orders(count: int) -> dict[str, tuple[Step, ...]]:
         "tare, load, tare": (*tares[:half], *loads, *tares[half:]),
         "tare, load backwards, tare": (*tares[:half], *loads[:half][::-1], *loads[half:][::-1], *tares[half:]),
     }
+
+
+def _arranged(arm: Arm, poses: Array, order: tuple[Step, ...], noise: JointNoise) -> Array:
+    """Return the poses in the sequence that suffers least from drift: swapped two by two while it helps."""
+    best, least = poses, _expected_sd(arm, poses, order, noise)
+    for _ in range(SWAP_ROUNDS):
+        before = least
+        for i, j in combinations(range(len(poses)), 2):
+            trial = best.copy()
+            trial[[i, j]] = trial[[j, i]]
+            sd = _expected_sd(arm, trial, order, noise)
+            if sd < least:
+                best, least = trial, sd
+        if least == before:
+            break
+    return best
 
 
 def _expected_sd(arm: Arm, poses: ArrayLike, order: tuple[Step, ...], noise: JointNoise) -> float:

@@ -20,12 +20,14 @@ from estimation.stiffness_fit import (
     Fit,
     Prior,
     Readings,
+    curve_of,
     marginalise,
     refine,
     scan_onset,
     slope_of,
 )
 from estimation.stiffness_noise import MIN_READINGS, CurveNoise, loading_of
+from estimation.stiffness_profile import Profile, profile
 from estimation.stiffness_strain import refine_with_strain
 
 __all__ = ["CurveNoise", "NoContact", "StiffnessEstimate", "TooLittleCompression", "estimate_stiffness"]
@@ -35,6 +37,7 @@ Array = NDArray[np.float64]
 MIN_TICKS = 10  # steps of the reported opening that a modulus needs
 MIN_TOUCHING = 1.9  # readings that are no spikes, for contact to be believed
 CONTACT_EVIDENCE = 5.0  # slope over its standard deviation, for the same
+LAST, CLEAR_RISE = 5, 8.0  # readings at the end, and their stress over its noise, that are contact without a slope
 CURVED_TICKS = 20  # steps of the opening that a curvature needs
 MORE_EVIDENCE = 4.0  # log-likelihood that each curvature must gain beyond the information criterion
 READINGS_PER_CURVATURE = 10  # in contact
@@ -45,9 +48,8 @@ CURVES = {  # which of the curvatures a2, a3 are tried, by the highest degree
     3: ((False, False), (True, False), (False, True), (True, True)),
 }
 TWO_SIDED, ONE_SIDED = 1.96, 1.645  # of 95 %
-DROP_TWO_SIDED, DROP_ONE_SIDED = 1.92, 1.353  # of the profile log-likelihood, for the same
 WIDE = 0.25  # relative sd beyond which an interval comes from the profile
-NOTHING_LEFT = 0.02  # of the apparent compliance, below which the object's own is not looked for by curvature
+NOTHING_LEFT = 0.05  # of the largest strain, at least the object's in the start of a fit
 
 
 def estimate_stiffness(
@@ -94,22 +96,22 @@ def estimate_stiffness(
     baseline_sd = min(noise.baseline_sd, 0.25 * span + float(np.median(readings.sd)))
     prior = Prior(
         np.array([0.0, noise.onset, 0.0, noise.deadband, geometry.series_compliance]),
-        np.array([baseline_sd, noise.onset_sd, math.inf, noise.deadband_sd, geometry.series_compliance_sd]),
+        np.array([baseline_sd, noise.onset_sd, math.inf, noise.deadband_sd, 0.0]),
     )
     if loading.renewed_late:
-        readings, apparent, _ = refine_with_strain(readings, start, _rigid(prior))
+        readings, apparent = refine_with_strain(readings, start, _rigid(prior))
     else:
+        readings = replace(readings, strain_sd=noise.strain_quantum / math.sqrt(12.0))
         apparent = refine(readings, start, _rigid(prior), scale_known=noise.scale_known)
-        quantised = apparent.parameters[MODULUS] * noise.strain_quantum / math.sqrt(12.0) / apparent.scale
-        readings = replace(readings, sd=np.hypot(readings.sd, quantised))
     _check_contact(readings, apparent)
     reached = float(np.max(readings.true_strain) - apparent.parameters[ONSET])
     _check_ticks(readings, apparent, reached, noise, min_ticks)
     if noise.strain_quantum * CURVED_TICKS > reached or loading.renewed_late:
         max_degree = 1
     fit, prior, bent = _choose(readings, apparent, prior, noise.scale_known, max_degree)
-    fit = marginalise(fit, readings, prior)
-    return _result(readings, fit, prior, bent, noise)
+    if geometry.series_compliance == 0:
+        fit = marginalise(fit, readings, prior)
+    return _result(readings, fit, prior, bent, noise, apparent)
 
 
 def _first(readings: Readings, keep: NDArray[np.bool_]) -> Readings:
@@ -141,7 +143,9 @@ def _grown(prior: Prior, curvatures: tuple[bool, bool]) -> Prior:
 def _check_contact(readings: Readings, fit: Fit) -> None:
     touching = float(np.sum(fit.weights[readings.true_strain > fit.parameters[ONSET]]))
     modulus, spread = float(fit.parameters[MODULUS]), math.sqrt(max(float(fit.covariance[MODULUS, MODULUS]), 0.0))
-    if touching < MIN_TOUCHING or not modulus > CONTACT_EVIDENCE * spread:
+    rise = float(np.median(readings.stress[-LAST:]) - fit.parameters[BASELINE])
+    rose = rise > CLEAR_RISE * float(np.median(readings.sd)) * fit.scale
+    if not rose and (touching < MIN_TOUCHING or not modulus > CONTACT_EVIDENCE * spread):
         raise NoContact(
             "stiffness: stress",
             f"a slope of {modulus:.3g} +- {spread:.3g} Pa over {touching:.0f} readings",
@@ -151,7 +155,7 @@ def _check_contact(readings: Readings, fit: Fit) -> None:
     onset, onset_sd = width * (1 - fit.parameters[ONSET]), _onset_sd(fit, width)
     if math.isfinite(onset_sd) and onset - 3 * onset_sd > 1.15 * width:
         raise InvalidInput(
-            "stiffness: contact at the opening [m]", round(onset, 5), f"about the object's width, {width:g}"
+            "stiffness: contact at the opening [m]", round(float(onset), 5), f"about the object's width, {width:g}"
         )
 
 
@@ -201,10 +205,7 @@ def _choose(
     geometry = readings.geometry
     reached = float(np.max(readings.true_strain))
     count = int(np.sum(readings.true_strain > apparent.parameters[ONSET]))
-    x = np.concatenate([apparent.parameters, np.zeros(2)])
-    c = float(prior.mean[COMPLIANCE])
-    if c > 0:  # 1/E = 1/E_apparent - c, kept away from where nothing is left of it
-        x[MODULUS] = 1 / max(1 / x[MODULUS] - c, NOTHING_LEFT / x[MODULUS])
+    x = _without_gripper(readings, apparent, float(prior.mean[COMPLIANCE]))
     best: tuple[Fit, Prior] | None = None
     curve: Fit | None = None
     score = math.inf
@@ -227,32 +228,48 @@ def _choose(
     return *best, (curve if straight and curve is not None else best[0])
 
 
-def _result(readings: Readings, fit: Fit, prior: Prior, bent: Fit, noise: CurveNoise) -> StiffnessEstimate:
-    geometry, x = readings.geometry, fit.parameters
-    modulus = float(x[MODULUS])
-    reading = math.sqrt(max(float(fit.covariance[MODULUS, MODULUS]), 0.0))
-    reading *= _student(float(fit.weights.sum()) - float((prior.sd > 0).sum()))
-    reached = max(float(np.max(readings.true_strain)) - float(x[ONSET]), 1e-12)
+def _without_gripper(readings: Readings, apparent: Fit, compliance: float) -> Array:
+    """Return where to start with a series compliance: what is left of the largest strain is the object's, (7,)."""
+    x = np.concatenate([apparent.parameters, np.zeros(2)])
+    x[COMPLIANCE] = compliance
+    if compliance > 0:
+        reached = np.array([float(np.max(readings.true_strain)) - x[ONSET]])
+        stress = float(curve_of(x, readings.geometry.law_of(reached))[0])
+        left = np.maximum(reached - compliance * stress, NOTHING_LEFT * reached)
+        x[MODULUS] = stress / float(readings.geometry.law_of(left)[0])
+    return x
+
+
+def _result(
+    readings: Readings, fit: Fit, prior: Prior, bent: Fit, noise: CurveNoise, apparent: Fit
+) -> StiffnessEstimate:
+    geometry = readings.geometry
     common = math.hypot(noise.gain_sd, geometry.kappa_sd / geometry.kappa)
+    modulus = float(fit.parameters[MODULUS])
+    student = _student(float(fit.weights.sum()) - float((prior.sd > 0).sum()))
+    reached = max(float(np.max(readings.true_strain)) - float(fit.parameters[ONSET]), 1e-12)
     # The error of a staircase is no noise but follows the strain: over k steps of sd q/sqrt(12) each, a line tilts
     # by sqrt(12) / sqrt(k) (q/sqrt(12)) / (k q) = k^-1.5.
-    reading = math.hypot(reading, modulus * (noise.strain_quantum / reached) ** 1.5)
-    relative = math.hypot(reading / modulus, common) if math.isfinite(reading) else math.inf
-    interval = (modulus * math.exp(-TWO_SIDED * relative), modulus * math.exp(min(TWO_SIDED * relative, 700.0)))
+    tilt = (noise.strain_quantum / reached) ** 1.5
+    relative = reading = math.hypot(_log_sd(fit) * student, tilt)
     bound = None
     if relative > WIDE or geometry.series_compliance > 0:
-        low, high, least = _profile(readings, fit, prior)
-        low, high, least = (v * math.exp(s * TWO_SIDED * common) for v, s in ((low, -1), (high, 1), (least, -1)))
-        interval = (low, high)
-        if math.isinf(high):
-            bound, interval = least, (least, math.inf)
+        found, softer, stiffer = _profiles(readings, fit.scale, prior, apparent)
+        if math.isinf(found.high) or math.isinf(stiffer) or found.low == 0.0:
+            bound = _bound(found, softer, apparent, student, math.hypot(tilt, common))
+        else:
+            fit, modulus = found.fit, found.modulus
+            reading = math.hypot(math.log(found.high / found.low) / (2 * TWO_SIDED) * student, tilt)
+            relative = math.hypot(reading, math.log(stiffer / softer) / (2 * TWO_SIDED))
+    relative = math.hypot(relative, common)
+    interval = (modulus * math.exp(-TWO_SIDED * relative), modulus * math.exp(min(TWO_SIDED * relative, 700.0)))
     return StiffnessEstimate(
         young_modulus=modulus if bound is None else math.nan,
         sd=modulus * relative if bound is None else math.inf,
-        reading_sd=reading if bound is None else math.inf,
-        interval=interval,
+        reading_sd=modulus * reading if bound is None else math.inf,
+        interval=interval if bound is None else (bound, math.inf),
         bound=bound,
-        onset=geometry.width * (1 - float(x[ONSET])),
+        onset=geometry.width * (1 - float(fit.parameters[ONSET])),
         onset_sd=_onset_sd(fit, geometry.width),
         compression=reached * geometry.width,
         spike_rate=fit.spike_rate,
@@ -264,38 +281,47 @@ def _result(readings: Readings, fit: Fit, prior: Prior, bent: Fit, noise: CurveN
     )
 
 
+def _profiles(readings: Readings, scale: float, prior: Prior, apparent: Fit) -> tuple[Profile, float, float]:
+    """Return the profile at the series compliance, and the moduli at the ends of its own 95 % interval [Pa].
+
+    The compliance is one of all squeezes with this gripper: none of them may bend it to its own readings.
+    """
+    geometry = readings.geometry
+    c, margin = geometry.series_compliance, TWO_SIDED * geometry.series_compliance_sd
+
+    def at(compliance: float) -> Profile:
+        mean = prior.mean.copy()
+        mean[COMPLIANCE] = compliance
+        start = _without_gripper(readings, apparent, compliance)
+        return profile(readings, scale, Prior(mean, prior.sd), start)
+
+    found = at(c)
+    if margin == 0:
+        return found, found.modulus, found.modulus
+    stiffer = at(c + margin)
+    return found, at(max(c - margin, 0.0)).modulus, math.inf if stiffer.open_ended else stiffer.modulus
+
+
+def _bound(found: Profile, softer: float, apparent: Fit, student: float, common: float) -> float:
+    """Return what the modulus is at least, with 95 % confidence [Pa].
+
+    It is at least that of object, gripper and pads in series.
+    """
+    app = float(apparent.parameters[MODULUS])
+    series = app * math.exp(-ONE_SIDED * math.hypot(_log_sd(apparent) * student, common))
+    if found.least == 0.0:
+        return series
+    spread = math.hypot(math.log(found.modulus / found.least) * student, math.log(found.modulus / softer), common)
+    return max(series, found.modulus * math.exp(-spread))
+
+
+def _log_sd(fit: Fit) -> float:
+    """Return the standard deviation of the log of the modulus that the readings leave."""
+    variance = float(fit.covariance[MODULUS, MODULUS])
+    return math.sqrt(max(variance, 0.0)) / float(fit.parameters[MODULUS])
+
+
 def _student(freedom: float) -> float:
     """Return how much wider Student's 95 % interval is than a Gaussian's (Abramowitz and Stegun, 26.7.5)."""
     nu, z = max(freedom, 1.0), TWO_SIDED
     return 1 + (z**2 + 1) / (4 * nu) + (5 * z**4 + 16 * z**2 + 3) / (96 * nu**2)
-
-
-def _profile(readings: Readings, fit: Fit, prior: Prior) -> tuple[float, float, float]:
-    """Return the 95 % interval of the modulus and its one-sided lower bound, from the profile likelihood [Pa]."""
-    mean, spread = prior.mean.copy(), prior.sd.copy()
-    spread[MODULUS] = 0.0
-    start = fit.parameters.copy()
-    known = replace(readings, sd=readings.sd * fit.scale)
-
-    def likelihood(modulus: float) -> float:
-        mean[MODULUS] = start[MODULUS] = modulus
-        return refine(known, start, Prior(mean, spread), scale_known=True).log_likelihood
-
-    centre = float(fit.parameters[MODULUS])
-    top = likelihood(centre)
-
-    def edge(direction: float, level: float) -> float:
-        inner, outer = 0.0, 0.05
-        while top - likelihood(centre * math.exp(direction * outer)) < level:
-            inner, outer = outer, outer * 2
-            if outer > 12.0:
-                return math.inf if direction > 0 else 0.0
-        for _ in range(12):
-            middle = (inner + outer) / 2
-            if top - likelihood(centre * math.exp(direction * middle)) < level:
-                inner = middle
-            else:
-                outer = middle
-        return centre * math.exp(direction * outer)
-
-    return edge(-1.0, DROP_TWO_SIDED), edge(1.0, DROP_TWO_SIDED), edge(-1.0, DROP_ONE_SIDED)

@@ -42,6 +42,7 @@ class Readings:
         geometry: gives the law of the contact.
         true_strain: where the curve is evaluated, (N,): the strain, or where its errors matter the best guess of
             what it truly was. The curve is carried on to the strain along its tangent there.
+        strain_sd: of the strain readings [-]; it counts as stress along the curve's slope.
     """
 
     strain: Array
@@ -49,6 +50,7 @@ class Readings:
     sd: Array
     geometry: Geometry
     true_strain: Array
+    strain_sd: float = 0.0
 
     def __len__(self) -> int:
         return len(self.strain)
@@ -57,6 +59,10 @@ class Readings:
         """Return the predicted stress and its derivatives by the parameters, (N,) and (N, 5 + k)."""
         stress, jacobian = predict(parameters, self.true_strain, self.geometry)
         return stress - jacobian[:, ONSET] * (self.strain - self.true_strain), jacobian
+
+    def noise(self, jacobian: Array, scale: float) -> Array:
+        """Return the standard deviation of the stress readings, with that of the strain in it [Pa], (N,)."""
+        return np.hypot(scale * self.sd, jacobian[:, ONSET] * self.strain_sd)
 
 
 @dataclass(frozen=True)
@@ -188,63 +194,62 @@ def refine(readings: Readings, start: Array, prior: Prior, *, scale_known: bool,
         scale_known: whether the readings' sd is the noise or only its shape.
         scale: the scale to start at.
     """
-    stress, sd = readings.stress, readings.sd
+    stress = readings.stress
     free = prior.sd > 0
     information = np.where(np.isfinite(prior.sd) & free, 1 / np.where(free, prior.sd, 1.0) ** 2, 0.0)
     x = np.where(free, start, prior.mean)
     rate = SPIKE_RATE
-    floor = 1e-6 * max(float(np.max(np.abs(stress))), 1e-12) / float(np.median(sd))
+    floor = 1e-6 * max(float(np.max(np.abs(stress))), 1e-12) / float(np.median(readings.sd))
     n = len(readings)
 
-    def loss(trial: Array) -> tuple[float, Array]:
-        residual = (stress - readings.predict(trial)[0]) / sd
-        return -_log_density(residual / scale, rate).sum() + 0.5 * float(
-            (information * (trial - prior.mean) ** 2).sum()
-        ), residual
+    def loss(trial: Array) -> tuple[float, Array, Array]:
+        predicted, jacobian = readings.predict(trial)
+        value = -_log_density((stress - predicted) / sd, rate).sum()
+        return value + 0.5 * float((information * (trial - prior.mean) ** 2).sum()), stress - predicted, jacobian
 
+    predicted, jacobian = readings.predict(x)
+    residual = stress - predicted
     damping = 1e-3
     used = float(free.sum())  # degrees of freedom that the readings, not the prior, decide
-    value, residual = loss(x)
     for step in range(ROUNDS):
-        weights = _inlier(residual / scale, rate)
+        sd = readings.noise(jacobian, scale)
+        weights = _inlier(residual / sd, rate)
         if step < ROUNDS - 5:
             rate = min(max((float((1 - weights).sum()) + 1.0) / (n + 20.0), 1e-3), 0.45)
             if not scale_known and step < SCALE_ROUNDS:
                 # Parameters cost degrees of freedom; a factor of 1 would make small samples over-confident.
                 dof = max(float(weights.sum()) - used, 1.0)
-                scale = max(math.sqrt(float((weights * residual**2).sum()) / dof), floor)
-            value, residual = loss(x)
-        jacobian = readings.predict(x)[1]
-        w = (weights + (1 - weights) / SPIKE_SCALE**2) / (sd * scale) ** 2
+                scale = max(scale * math.sqrt(float((weights * (residual / sd) ** 2).sum()) / dof), floor)
+                sd = readings.noise(jacobian, scale)
+        value, residual, jacobian = loss(x)
+        w = (weights + (1 - weights) / SPIKE_SCALE**2) / sd**2
         hessian = (jacobian.T * w) @ jacobian + np.diag(information)
         used = _decided((jacobian.T * w) @ jacobian, hessian, free)
-        gradient = jacobian.T @ (w * residual * sd) - information * (x - prior.mean)
+        gradient = jacobian.T @ (w * residual) - information * (x - prior.mean)
         moved = False
         for _ in range(12):
-            move = _solve(hessian, gradient, free, damping)
-            trial = x + move
+            trial = x + _solve(hessian, gradient, free, damping)
             if trial[MODULUS] > 0:
-                new, new_residual = loss(trial)
+                new, new_residual, new_jacobian = loss(trial)
                 if new <= value + 1e-12 * abs(value):
                     moved = value - new > 1e-9 * (1 + abs(value))
-                    x, value, residual = trial, new, new_residual
+                    x, residual, jacobian = trial, new_residual, new_jacobian
                     damping = max(damping / 5, 1e-9)
                     break
             damping *= 5
         if not moved and step > SCALE_ROUNDS:
             break
-    weights = _inlier(residual / scale, rate)
-    jacobian = readings.predict(x)[1]
-    w = (weights + (1 - weights) / SPIKE_SCALE**2) / (sd * scale) ** 2
+    sd = readings.noise(jacobian, scale)
+    weights = _inlier(residual / sd, rate)
+    w = (weights + (1 - weights) / SPIKE_SCALE**2) / sd**2
     # Louis: what is not known of the spikes is taken off the information.
-    missing = weights * (1 - weights) * (residual / scale * (1 - 1 / SPIKE_SCALE**2)) ** 2 / (sd * scale) ** 2
-    hessian = (jacobian.T * (w - missing)) @ jacobian + np.diag(information)
-    covariance = _invert(hessian, free)
+    missing = weights * (1 - weights) * (residual / sd * (1 - 1 / SPIKE_SCALE**2)) ** 2 / sd**2
+    covariance = _invert((jacobian.T * (w - missing)) @ jacobian + np.diag(information), free)
     if covariance is None:
         covariance = _invert((jacobian.T * w) @ jacobian + np.diag(information), free)
     if covariance is None:
         covariance = np.full((len(x), len(x)), np.inf)
-    likelihood = float(_log_density(residual / scale, rate).sum() - np.log(sd * scale).sum())
+    likelihood = float(_log_density(residual / sd, rate).sum() - np.log(sd).sum())
     penalty = 0.5 * float((information * (x - prior.mean) ** 2).sum())
     return Fit(x, covariance, scale, weights, rate, likelihood - penalty)
 
@@ -258,8 +263,9 @@ def marginalise(fit: Fit, readings: Readings, prior: Prior, reach: float = 5.0) 
     spread = math.sqrt(max(float(fit.covariance[ONSET, ONSET]), 0.0))
     if not (math.isfinite(spread) and spread > 0):
         return fit
-    stress, sd = readings.stress, readings.sd
-    scaled, w = sd * fit.scale, (fit.weights + (1 - fit.weights) / SPIKE_SCALE**2) / (sd * fit.scale) ** 2
+    stress = readings.stress
+    sd = readings.noise(readings.predict(fit.parameters)[1], fit.scale)
+    w = (fit.weights + (1 - fit.weights) / SPIKE_SCALE**2) / sd**2
     fixed = Prior(prior.mean, prior.sd.copy())
     fixed.sd[ONSET] = 0.0
     free = fixed.sd > 0
@@ -281,7 +287,7 @@ def marginalise(fit: Fit, readings: Readings, prior: Prior, reach: float = 5.0) 
         covariance = _invert(hessian, free)
         if covariance is None:
             continue
-        residual = (stress - readings.predict(x)[0]) / scaled
+        residual = (stress - readings.predict(x)[0]) / sd
         penalty = 0.5 * float((information * (x - prior.mean) ** 2).sum())
         penalty += 0.5 * onset_information * (x[ONSET] - prior.mean[ONSET]) ** 2
         volume = covariance[np.ix_(np.flatnonzero(free), np.flatnonzero(free))]

@@ -30,6 +30,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _run(given: argparse.Namespace) -> int:
+    from hw.connect import ask
     from hw.credentials import credentials
     from hw.kortex.errors import CheckFailed
     from hw.kortex_robot import KortexRobot
@@ -40,18 +41,16 @@ def _run(given: argparse.Namespace) -> int:
     if not (given.seconds >= 0.1 and given.seconds <= 3600):
         raise InvalidInput("--seconds", given.seconds, "0.1 to 3600")
     tare = None if given.offsets is None else TorqueTare.load(given.offsets)
-    if tare is not None and tare.revision != given.revision:
-        raise InvalidInput("--offsets", f"a tare of a {tare.revision} arm", f"one of a {given.revision}")
     settings = KortexSettings(
         revision=given.revision,
         vision=not given.no_vision,
         tcp_port=given.port,
         udp_port=given.udp_port,
-        torque_offset=None if tare is None else tuple(tare.offset),
+        tare=tare,
         dry_run=given.dry_run,
         torque_tolerance=LOOSE if given.tare or given.zero_torques else TOLERANCES,
     )
-    confirm = (lambda question: True) if given.yes else _ask
+    confirm = (lambda question: True) if given.yes else ask
     try:
         with KortexRobot(given.host, credentials(), settings, confirm) as robot:
             report = robot.check()
@@ -113,16 +112,16 @@ def _tare(robot: KortexRobot, path: Path) -> None:
     if robot.settings.dry_run:
         raise InvalidInput("--tare", "a dry run", "a run that may move")
     tare = fit_tare(robot.arms, *visit_poses(robot))
+    if tare.revision != robot.settings.revision:
+        raise PalpateError(
+            f"over {tare.poses} poses the torques are those of a {tare.revision} arm (misfit "
+            f"{tare.misfit[tare.revision]:.3f} N m), not of a {robot.settings.revision} "
+            f"({tare.misfit[robot.settings.revision]:.3f} N m): give --revision {tare.revision}; "
+            "nothing was written"
+        )
     tare.save(path)
     sys.stdout.write(f"torque offsets [N m]: {', '.join(f'{torque:+.3f}' for torque in tare.offset)}\n")
     sys.stdout.write(f"the torques are those of a {tare.revision} arm; written to {path}\n")
-
-
-def _ask(question: str) -> bool:
-    """Ask a person; nobody there means no."""
-    sys.stdout.write(f"{question} [yes/no] ")
-    sys.stdout.flush()
-    return sys.stdin.readline().strip().lower() in ("y", "yes")
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -22,7 +22,7 @@ import numpy as np
 
 from dynamics.arm import Arm
 from dynamics.errors import InvalidInput, MotionRefused, PalpateError
-from dynamics.gripper import ParallelGripper, robotiq_2f85
+from dynamics.gripper import ParallelGripper
 from dynamics.robot import GripResult, SampleSink
 from dynamics.signals import Sample
 from dynamics.trajectory import Trajectory
@@ -30,7 +30,15 @@ from hw.feedback import FeedbackReader, FeedbackStatistics
 from hw.gripper_drive import GripperDrive
 from hw.kortex import client, codes, units
 from hw.kortex.client import ActionResult
-from hw.kortex.errors import CheckFailed, ConnectionLost, MotionTimeout, TrajectoryAborted
+from hw.kortex.errors import (
+    ArmFault,
+    CheckFailed,
+    ConnectionLost,
+    LimitExceeded,
+    MotionTimeout,
+    NotConfirmed,
+    TrajectoryAborted,
+)
 from hw.kortex.exchange import Credentials
 from hw.kortex.tcp import TcpSession
 from hw.kortex.udp import UdpSession
@@ -44,7 +52,7 @@ from models.robot import REVISIONS
 
 log = logging.getLogger(__name__)
 
-CHECK_SECONDS = 0.5  # s of readings that the check averages
+CHECK_SECONDS = 0.25  # s of readings that the check averages
 LATE = 1.0  # s that a motion may take longer than planned
 ARRIVAL_TIME = 0.5  # s for the joints to come to rest after the arm says it is done
 ARRIVAL = 0.02  # rad between where a motion should end and where it ends
@@ -83,7 +91,7 @@ class KortexRobot:
     ) -> None:
         self.settings = settings = settings or KortexSettings()
         self._arms: dict[str, Arm] = {name: Arm.gen3(name, settings.vision) for name in REVISIONS}
-        self._arm, self._gripper = self._arms[settings.revision], robotiq_2f85()
+        self._arm, self._gripper = self._arms[settings.revision], settings.gripper
         self._host, self._confirm = host, confirm
         self._monitor = SafetyMonitor(self._arm, settings.limits)
         self._path_monitor = SafetyMonitor(self._arm, settings.limits)
@@ -102,7 +110,7 @@ class KortexRobot:
                 raise CheckFailed(tuple(problems))
             client.on_action(self._tcp, self._events.put)
             udp = UdpSession(host, credentials, settings.udp_port, settings.timeouts)
-            offset = None if settings.torque_offset is None else np.array(settings.torque_offset)
+            offset = None if settings.tare is None else settings.tare.offset
             timeout = settings.limits.feedback_timeout
             self._reader = FeedbackReader(
                 udp, self._gripper, settings.rate, timeout, self._watch, self._trip, offset
@@ -165,15 +173,23 @@ class KortexRobot:
             readings += self._feedback.take(0.05)
             self._trusted()
         settings = self.settings
-        return examine(
+        report = examine(
             self._tcp, readings, self._arms, settings.revision, settings.vision, settings.torque_tolerance
         )
+        try:
+            self._path_monitor.check_reading(readings[-1])
+        except LimitExceeded as error:
+            report = replace(report, problems=(*report.problems, str(error)))
+        except ArmFault:
+            pass  # among the problems already
+        return report
 
     def follow(self, trajectory: Trajectory) -> None:
         """Move the joints along a trajectory that starts where the arm stands, and end at rest.
 
         Raises:
-            MotionRefused: if it starts elsewhere, leaves the limits, or the arm finds fault with it.
+            MotionRefused: if it starts elsewhere, leaves the limits, the arm finds fault with it, or the first
+                motion is not confirmed.
             CheckFailed: if the check before the first motion fails.
             TrajectoryAborted: if the arm gives it up.
             MotionTimeout: if it does not end in time.
@@ -312,7 +328,7 @@ class KortexRobot:
         if not self.settings.dry_run:
             question = f"The arm at {self._host} is about to move. Is its workspace clear?"
             if self._confirm is None or not self._confirm(question):
-                raise MotionRefused("the first motion was not confirmed; nothing has moved")
+                raise NotConfirmed("the first motion was not confirmed; nothing has moved")
         self._armed = True
 
     def _take(self) -> list[Sample]:

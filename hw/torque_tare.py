@@ -19,6 +19,7 @@ from dynamics.errors import InvalidInput, MotionRefused
 from dynamics.robot import Robot
 from dynamics.signals import Sample
 from dynamics.trajectory import time_path
+from hw.kortex.errors import NotConfirmed
 
 Array = NDArray[np.float64]
 
@@ -127,6 +128,8 @@ def visit_poses(robot: Robot, steps: Array = STEPS) -> tuple[Array, Array]:
         try:
             if np.any(goal != here):
                 robot.follow(time_path(robot.arm, np.linspace(here, goal, 60), SPEED))
+        except NotConfirmed:
+            raise
         except MotionRefused:
             continue
         here = goal

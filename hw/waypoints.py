@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from dynamics.errors import MotionRefused
 from dynamics.trajectory import Trajectory
@@ -41,8 +42,6 @@ def waypoints(trajectory: Trajectory, tolerance: float = TOLERANCE) -> Waypoints
     Raises:
         MotionRefused: if no ``MAX_WAYPOINTS`` come within the tolerance, as with a sharp corner.
     """
-    from scipy.interpolate import CubicSpline
-
     count = max(int(np.ceil(trajectory.duration / FIRST_SPACING)), 2)
     while True:
         times = np.linspace(0.0, trajectory.duration, count + 1)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimation.bank import Bank, Predictive, direction, linear_first, predictive
-from estimation.conditioning import exponential_density
 from estimation.network import CATEGORY, LOG, MATERIAL, Network
 from estimation.sensor import ClassSensor, Sensor
+from selection.log_density import log_columns
 from selection.quadrature import mixture_nodes
 
 _HALF_LN_2PIE = 0.5 * math.log(2 * math.pi * math.e)
@@ -156,17 +156,13 @@ def _log_channel(found: Predictive, component: np.ndarray, sensor: Sensor, per_s
     noise = np.hypot(np.maximum(sensor.sd, 1e-9 * centre), sensor.relative_sd * centre)
     knee = float(np.min(noise))
     width = np.sqrt(centre**2 * found.variance + noise**2) / np.sqrt(centre**2 + knee**2)
-    ends = np.concatenate([np.exp(mean - 8.5 * sd) - 7 * knee, np.exp(mean + 8.5 * sd) + 7 * noise])
-    y, step = mixture_nodes(np.arcsinh(centre / knee), np.minimum(width, 1.0), 1.25 * per_sd)
-    inside = (y >= np.arcsinh(ends.min() / knee)) & (y <= np.arcsinh(ends.max() / knee))
-    y, step = y[inside], step[inside]
+    edges = np.stack([mean - 6.5 * sd, mean + 6.5 * sd])
+    reach = 6.5 * np.hypot(sensor.sd, sensor.relative_sd * np.exp(edges))
+    ends = np.arcsinh(np.array([np.min(np.exp(edges) - reach), np.max(np.exp(edges) + reach)]) / knee)
+    y, step = mixture_nodes(np.arcsinh(centre / knee), np.minimum(width, 1.0), per_sd, ends=ends)
     z, weights = knee * np.sinh(y), step * knee * np.cosh(y)
-    low = np.exp(mean - 8.5 * sd) - 8.5 * noise
-    high = np.exp(mean + 8.5 * sd) * (1 + 8.5 * sensor.relative_sd) + 8.5 * sensor.sd
-    rows, cols = np.nonzero((z[:, None] >= low) & (z[:, None] <= high))
-    columns = np.zeros((len(z), len(mean)))
-    columns[rows, cols] = exponential_density(
-        mean[cols], found.variance[cols], z[rows], sensor.sd, sensor.relative_sd
+    columns = log_columns(
+        mean, found.variance, z, max(sensor.sd, 1e-9 * float(centre.min())), sensor.relative_sd
     )
     columns /= weights @ columns
     nodes = mean[:, None] + sd[:, None] * _SPLIT
@@ -180,5 +176,11 @@ def _column_entropy(columns: np.ndarray, weights: np.ndarray) -> np.ndarray:
 
 
 def _normal(z: np.ndarray, mean: np.ndarray, sd: np.ndarray) -> np.ndarray:
-    scaled = (z - mean) / sd
-    return np.asarray(np.exp(-0.5 * scaled * scaled) / (sd * math.sqrt(2 * math.pi)))
+    inverse = math.sqrt(0.5) / sd
+    scaled = z * inverse
+    scaled -= mean * inverse
+    scaled *= scaled
+    np.negative(scaled, out=scaled)
+    np.exp(scaled, out=scaled)
+    scaled *= inverse / math.sqrt(math.pi)
+    return scaled

@@ -60,7 +60,9 @@ def _parser() -> argparse.ArgumentParser:
         metavar="uniform|NAME=P,...",
         help="probabilities of materials beforehand; what is not named shares the rest",
     )
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of everything random in the simulation")
+    parser.add_argument(
+        "--seed", type=_seed, default=0, metavar="N", help="of everything random in the simulation"
+    )
     parser.add_argument("--out", type=Path, metavar="DIR", help="run directory (default: runs/<time>-<object>)")
     parser.add_argument(
         "--noise", default="default", metavar="default|none|FILE", help="errors of the simulated sensors"
@@ -269,6 +271,12 @@ def _probability(text: str) -> float:
     if not 0 < value <= 1:
         raise argparse.ArgumentTypeError(f"{text!r} is not a probability in (0, 1]")
     return value
+
+
+def _seed(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or len(text) > 18:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a seed: a whole number from 0 to 10^18")
+    return int(text)
 
 
 def _seconds(text: str) -> float:

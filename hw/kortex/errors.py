@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dynamics.errors import PalpateError
+from dynamics.errors import MotionRefused, PalpateError
 
 ERROR_CODES = {1: "PROTOCOL_SERVER", 2: "PROTOCOL_CLIENT", 3: "DEVICE", 4: "INTERNAL"}
 
@@ -187,3 +187,7 @@ class CheckFailed(KortexError):
     def __init__(self, problems: tuple[str, ...]) -> None:
         self.problems = problems
         super().__init__("the arm is not safe to move: " + "; ".join(problems))
+
+
+class NotConfirmed(MotionRefused):
+    """Nobody agreed to the first motion; nothing has moved."""

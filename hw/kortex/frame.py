@@ -124,6 +124,11 @@ class StreamDecoder:
         self._buffer = bytearray()
         self._error: FrameError | None = None
 
+    @property
+    def held(self) -> int:
+        """Bytes of the unfinished frame that are kept."""
+        return len(self._buffer)
+
     def feed(self, data: bytes) -> Iterator[Frame]:
         """Yield the frames that are complete with these further bytes.
 

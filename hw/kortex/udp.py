@@ -22,7 +22,7 @@ class UdpSession:
         host, port: where the arm is.
         session: the number the arm gave the session.
         repeats: how many datagrams were sent again.
-        strangers: how many datagrams arrived that were no answer to an open question.
+        late: how many answers came after their question had been answered by a repetition.
     """
 
     def __init__(
@@ -30,7 +30,7 @@ class UdpSession:
     ) -> None:
         self.host, self.port, self.session = host, port, 0
         self.timeouts = timeouts or Timeouts()
-        self.repeats = self.strangers = 0
+        self.repeats = self.late = 0
         self._number = 0
         try:
             self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -116,12 +116,11 @@ class UdpSession:
             try:
                 frame = decode(self._socket.recv(MAX_DATAGRAM))
             except (FrameError, BlockingIOError):
-                self.strangers += 1
                 continue
             except OSError as error:
                 raise ConnectionLost(f"{self.host}:{self.port} (UDP): {error}") from None
             if frame.type is not FrameType.RESPONSE or frame.message not in asked:
-                self.strangers += 1
+                self.late += frame.type is FrameType.RESPONSE
                 continue
             if frame.session:
                 self.session = frame.session

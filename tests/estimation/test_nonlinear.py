@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from estimation.belief import Belief
-from estimation.conditioning import condition_exponential, exponential_density
+from estimation.conditioning import condition_exponential
 from estimation.measurement import Measurement
 from estimation.network import Network, Property, Relation
 
@@ -99,22 +99,6 @@ def test_wide_readings_of_log_properties(z: float, sd: float) -> None:
         assert evidence[k] == pytest.approx(exact, abs=1e-6)
         assert centre[k] == pytest.approx(first, abs=1e-6)
         assert spread[k] == pytest.approx(float(weight @ (t - first) ** 2 / weight.sum()), rel=1e-4)
-
-
-@pytest.mark.parametrize(("sd", "relative"), [(6.0, 0.0), (0.5, 0.0), (1.0, 0.12), (0.0, 0.2), (5.0, 0.4)])
-@pytest.mark.parametrize("variance", [1e-4, 0.05, 0.5, 3.0])
-def test_predictive_density_of_log_properties(sd: float, relative: float, variance: float) -> None:
-    mean = np.log(20.0)
-    z = np.concatenate([np.linspace(-15, 15, 7), np.geomspace(16, 400, 9)])
-    found = exponential_density(np.full_like(z, mean), np.full_like(z, variance), z, sd, relative)
-    t = mean + np.sqrt(variance) * np.linspace(-10, 10, 200_001)
-    x = np.exp(t)
-    noise = np.hypot(sd, relative * x)
-    prior = np.exp(-0.5 * ((t - mean) ** 2) / variance) / np.sqrt(2 * np.pi * variance) * (t[1] - t[0])
-    for value, density in zip(z, found, strict=True):
-        kernel = np.exp(-0.5 * ((value - x) / noise) ** 2) / (noise * np.sqrt(2 * np.pi))
-        exact = float(prior @ kernel)
-        assert density == pytest.approx(exact, rel=5e-3, abs=2e-6)
 
 
 def test_repeated_wide_readings_share_the_true_value() -> None:
