@@ -40,7 +40,6 @@ class RunWriter:
         self._object = object_name
         self._stream = stream
         self._count = count
-        self._time = 0.0
 
     @classmethod
     def create(
@@ -115,7 +114,6 @@ class RunWriter:
 
     def sample(self, sample: Sample) -> None:
         """Keep a sample; made to be a listener of a robot, it returns at once."""
-        self._time = sample.time
         self._stream.put_sample(sample)
 
     def phase(self, action: str, name: str, index: int, time: float) -> None:
