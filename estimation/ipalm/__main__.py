@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from dynamics.errors import PalpateError
+from dynamics.errors import InvalidInput, PalpateError
 
 WRONG_INPUT, FAILED = 2, 1
 
@@ -45,6 +45,7 @@ def _parser() -> argparse.ArgumentParser:
     queue.add_argument("run", nargs="+", type=Path)
     queue.add_argument("--dataset", default="palpate", help="data set that the object belongs to")
     queue.add_argument("--dataset-id", default="", help="its name there (default: as in the run)")
+    queue.add_argument("--image", type=Path, metavar="FILE", help="PNG or JPEG of the scene")
     queue.add_argument("--no-series", action="store_true", help="leave out what the sensors read")
     queue.set_defaults(command=_queue)
     send = commands.add_parser("send", parents=[box], help="upload what is in the outbox")
@@ -64,15 +65,22 @@ def _parser() -> argparse.ArgumentParser:
 def _queue(given: argparse.Namespace) -> int:
     from estimation.ipalm.documents import ObjectInstance
     from estimation.ipalm.from_run import document_of
+    from estimation.ipalm.http import Part
     from estimation.ipalm.outbox import Outbox
     from estimation.recording import read_recording
 
+    parts = []
+    if given.image is not None:
+        try:
+            parts = [Part("measurement png", given.image.name, given.image.read_bytes())]
+        except OSError as error:
+            raise InvalidInput(str(given.image), error.strerror or str(error), "a readable image") from None
     with Outbox(given.outbox) as outbox:
         for path in given.run:
             recording = read_recording(path)
             name = recording.object_name
             instance = ObjectInstance(given.dataset, given.dataset_id or name, None, name)
-            identity = outbox.add(document_of(recording, instance, not given.no_series))
+            identity = outbox.add(document_of(recording, instance, not given.no_series), parts)
             print(f"{path}: {identity}")
     return 0
 
@@ -106,7 +114,6 @@ def _show(given: argparse.Namespace) -> int:
 
 
 def _learn(given: argparse.Namespace) -> int:
-    from dynamics.errors import InvalidInput
     from estimation.ipalm.client import Client
     from estimation.ipalm.documents import measurements_of
     from estimation.ipalm.http import Connection

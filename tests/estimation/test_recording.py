@@ -179,6 +179,21 @@ def test_a_run_is_resumed_with_everything_it_knew(tmp_path: Path) -> None:
         RunWriter.resume(killed)
 
 
+def test_a_run_that_can_not_be_continued_is_left_as_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    killed = copy_of_a_running_run(tmp_path)
+    before = sorted(path.name for path in killed.iterdir())
+
+    def fail(descriptor: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", fail)
+    with pytest.raises(CannotRecord, match="No space left"):
+        RunWriter.resume(killed)
+    assert sorted(path.name for path in killed.iterdir()) == before
+
+
 def test_what_is_not_empty_is_not_written_to(tmp_path: Path) -> None:
     (tmp_path / "letter.txt").write_text("dear")
     with pytest.raises(InvalidInput, match="letter"):

@@ -29,7 +29,9 @@ def test_runs_go_to_the_database_and_references_come_from_it(
     monkeypatch.setenv("IPALM_PASSWORD", "lovelace")
     box = ["--outbox", str(tmp_path / "outbox.sqlite")]
     runs = [make_run(tmp_path / f"run{n}", name, 500 + 10 * n) for n, name in enumerate(["cube", "cube", "ball"])]
-    assert main(["queue", *map(str, runs), *box]) == 0
+    (tmp_path / "scene.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"\0" * 9)
+    assert main(["queue", str(runs[2]), "--image", str(tmp_path / "scene.png"), *box]) == 0
+    assert main(["queue", *map(str, runs[:2]), *box]) == 0
     assert main(["queue", str(runs[0]), *box]) == 0  # twice
     database.lose = ["after"]
     assert main(["send", "--server", database.url, *box]) == 1
@@ -40,6 +42,7 @@ def test_runs_go_to_the_database_and_references_come_from_it(
     stored = database.uploads()[0]
     assert [entry["name"] for entry in stored["entries"]] == ["density", "material"]
     assert len(stored["sensor_outputs"]) == 2
+    assert database.files == [("measurement png", 17)]
     out = tmp_path / "reference.json"
     assert main(["learn", "--server", database.url, "--class", "cube=foam", "--out", str(out)]) == 0
     classes = json.loads(out.read_text())["properties"]["density"]["classes"]
