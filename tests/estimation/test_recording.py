@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import tempfile
 import tomllib
 from pathlib import Path
 
@@ -207,12 +208,20 @@ def test_a_place_that_is_no_folder_is_refused(tmp_path: Path) -> None:
         RunWriter.create(tmp_path / "file" / "run", {}, "cube")
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="nothing is read-only for the superuser")
-def test_a_read_only_folder_is_refused(tmp_path: Path) -> None:
-    tmp_path.chmod(0o555)
-    with pytest.raises(CannotRecord, match="Permission"):
-        RunWriter.create(tmp_path / "run", {}, "cube")
-    tmp_path.chmod(0o755)
+def test_a_read_only_folder_is_refused() -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder).chmod(0o555)
+        user = os.geteuid()
+        if user == 0:  # nothing is read-only for the superuser
+            os.seteuid(65534)
+        try:
+            with pytest.raises(CannotRecord, match="Permission denied"):
+                RunWriter.create(Path(folder) / "run", {}, "cube")
+            with pytest.raises(CannotRecord, match="Permission denied"):
+                RunWriter.create(Path(folder), {}, "cube")
+        finally:
+            os.seteuid(user)
+            Path(folder).chmod(0o755)
 
 
 def test_a_read_only_file_system_is_refused() -> None:
