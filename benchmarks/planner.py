@@ -147,24 +147,26 @@ def lookahead(objects: int) -> dict[str, Any]:
     plain = seven_actions(network)
     haptic = {"density", "elasticity", "friction"}
     dear = tuple(replace(a, setup="grasp", setup_seconds=90.0) if a.name in haptic else a for a in plain)
-    only = tuple(a for a in dear if a.name in haptic)
+    coins, pair = shared_grasp()
     cases = {
+        "two actions share a grasp of 60 s": (pair, 0.01, StopRules()),
         "no set-up, no budget": (plain, 0.01, StopRules()),
         "grasp 90 s, price 0.01": (dear, 0.01, StopRules()),
-        "haptic actions alone, grasp 90 s, price 0.015": (only, 0.015, StopRules()),
         "budget 30 s": (plain, 0.0005, StopRules(budget_seconds=30.0)),
     }
     found: dict[str, Any] = {}
     for name, (actions, price, rules) in cases.items():
         table = {action.name: action for action in actions}
+        world = coins if actions is pair else network
         values: dict[str, list[float]] = {"greedy": [], "two steps": []}
         for i in range(objects):
             for policy, planner in (("greedy", plan), ("two steps", plan_ahead)):
-                thing = VirtualObject(network, np.random.default_rng([41, i]))
-                belief, state = Belief(network), PlanState()
+                thing = VirtualObject(world, np.random.default_rng([41, i]))
+                belief, state = Belief(world), PlanState()
                 start = belief.probabilities("material")[thing.material]
                 while choice := planner(belief, actions, "material", price, state, rules).choice:
-                    belief = thing.learn(belief, network.sensor(choice))
+                    for sensor in table[choice].sensors:
+                        belief = thing.learn(belief, sensor)
                     state = state.after(table[choice])
                 end = belief.probabilities("material")[thing.material]
                 values[policy].append(float(np.log2(end / start)) - price * state.spent_seconds)
@@ -176,6 +178,14 @@ def lookahead(objects: int) -> dict[str, Any]:
             "standard error [bits]": round(float(difference.std() / np.sqrt(objects)), 3),
         }
     return found
+
+
+def shared_grasp() -> tuple[Network, tuple[ActionModel, ...]]:
+    """Return two classes and two actions, each of which teaches less than grasping costs."""
+    properties = tuple(Property(n, "material", "1", "linear", (0.0, 0.25), (0.1, 0.1)) for n in "xy")
+    network = Network("coins", ("a", "b"), properties, (0.5, 0.5), unknown=None)
+    actions = tuple(ActionModel(n, (Sensor(n, 0.05),), 1.0, "grasp", 60.0, repeat_cap=1) for n in "xy")
+    return network, actions
 
 
 def gains() -> dict[str, float]:
@@ -195,14 +205,14 @@ def gains() -> dict[str, float]:
 def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="benchmarks.planner", description=__doc__)
     parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.add_argument("--objects", type=int, default=400, help="objects per closed loop (default 400)")
+    parser.add_argument("--objects", type=int, default=1000, help="objects per closed loop (default 1000)")
     options = parser.parse_args(arguments)
     found = {
         "gains": gains(),
         "speed": speed(),
         "closed loop": {p: closed_loop(p, options.objects) for p in ("exact", "per node", "random")},
         "calibration": calibration(max(3000, options.objects)),
-        "lookahead": lookahead(max(20, options.objects // 4)),
+        "lookahead": lookahead(max(20, options.objects // 5)),
     }
     if options.json:
         print(json.dumps(found, indent=1))
