@@ -51,7 +51,7 @@ class Squeeze:
 def squeeze(plan: Squeeze, gripper: ParallelGripper, rng: np.random.Generator) -> tuple[Phase, ...]:
     """Return the phases of a squeeze as a gripper would report them."""
     maker = _Maker(plan, gripper, rng)
-    maker.move("tare", gripper.max_opening - 0.002, plan.start)
+    maker.move("air", gripper.max_opening - 0.002, plan.start)
     maker.move("close", plan.start, 0.0, stop_current=0.05)
     index = 0
     end = plan.geometry.width * (1 - plan.max_strain)

@@ -184,6 +184,14 @@ class Arm:
         )
         return jacobian
 
+    @property
+    def reach(self) -> float:
+        """Distance from the first joint to the tool along the links [m], an upper limit of its reach."""
+        steps = [placement.translation for placement in list(self.model.jointPlacements)[2:]]
+        return float(
+            sum(np.linalg.norm(step) for step in [*steps, self.model.frames[self._tool].placement.translation])
+        )
+
     def within_limits(self, q: ArrayLike) -> bool:
         """Tell whether every joint is inside its limits."""
         angles = self._vector(q, "q")

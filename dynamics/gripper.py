@@ -6,7 +6,12 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from dynamics.errors import InvalidInput
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -60,6 +65,65 @@ class ParallelGripper:
         """Area of one pad's face [m^2]."""
         return self.pad_width * self.pad_length
 
+    def opening(self, crank_angle: float) -> float:
+        """Return the opening at an angle of the cranks from the approach direction [m]."""
+        return 2 * (self.crank_offset + self.crank_length * math.sin(crank_angle))
+
+    @property
+    def driver_range(self) -> float:
+        """Angle that the drivers turn from open to closed [rad]."""
+        return self.crank_angle(self.max_opening) - self.crank_angle(0.0)
+
+    def opening_at_driver(self, driver: float) -> float:
+        """Return the opening at a driver angle, 0 when open and growing as it closes [m].
+
+        Raises:
+            InvalidInput: for an angle that the driver does not reach.
+        """
+        _within("gripper: driver angle [rad]", driver, -0.02, self.driver_range + 0.02)
+        return self.opening(self.crank_angle(self.max_opening) - driver)
+
+    def opening_at_percent(self, percent: float) -> float:
+        """Return the opening at the reported position, 0 open to 100 closed, linear in the opening [m].
+
+        Robotiq's count is nearly linear in the distance of the pads, not in the drivers' angle.
+
+        Raises:
+            InvalidInput: for a percentage out of [-2, 102]: perhaps a share of 1, or a count.
+        """
+        _within("gripper: position [%]", percent, -2.0, 102.0)
+        return self.max_opening * (1 - percent / 100.0)
+
+    def pad_force(self, torque: float, opening: float) -> float:
+        """Return what one pad presses with when a torque turns the drivers, both together [N].
+
+        By virtual work: half the torque on each crank, F = torque / 2 / (crank_length cos(crank angle)).
+
+        Args:
+            torque: of the actuator on both drivers, closing positive [N m].
+            opening: distance of the pads [m].
+        """
+        return torque / 2 / (self.crank_length * math.cos(self.crank_angle(opening)))
+
+    def force(self, effort: Array, air: float = 0.0) -> Array:
+        """Return what one pad presses with while the gripper closes, from its motor current [N], (N,).
+
+        F = force_per_ampere (effort - air) + friction_force where the current is above its value in air, else 0.
+        Its standard deviation is in :meth:`force_sd`. A locked gripper's current says nothing of force.
+
+        Args:
+            effort: motor current of moving pads [A], (N,).
+            air: what the current is while closing on nothing [A].
+        """
+        above = np.asarray(effort, dtype=np.float64) - air
+        force: Array = np.where(above > 0, self.force_per_ampere * above + self.friction_force, 0.0)
+        return force
+
+    def force_sd(self, force: Array) -> Array:
+        """Return the standard deviation that the calibration puts on a force, common to all readings [N], (N,)."""
+        gain = self.force_per_ampere_sd / self.force_per_ampere * (force - self.friction_force)
+        return np.hypot(gain, self.friction_force_sd)
+
     def crank_angle(self, opening: float) -> float:
         """Return the cranks' angle from the approach direction at an opening [rad].
 
@@ -103,3 +167,33 @@ def robotiq_2f85(load_spread: Literal["face", "pad"] = "pad") -> ParallelGripper
         friction_force_sd=0.3,
         load_spread=load_spread,
     )
+
+
+def calibrate_force(force: Array, effort: Array, air: float) -> tuple[float, float]:
+    """Return the force per ampere and its standard deviation, from a scale between the pads [N/A].
+
+    The least-squares slope of the force that a scale shows over the current above its value in air, with an
+    intercept for what friction swallows.
+
+    Args:
+        force: of the scale, while the gripper closes [N], (N,).
+        effort: motor current at the same instants [A], (N,).
+        air: what the current is while closing on nothing [A].
+
+    Raises:
+        InvalidInput: for fewer than 3 readings, wrong shapes, or a current that does not vary.
+    """
+    f, i = np.asarray(force, dtype=np.float64), np.asarray(effort, dtype=np.float64) - air
+    if f.ndim != 1 or f.shape != i.shape or len(f) < 3 or not np.all(np.isfinite(f) & np.isfinite(i)):
+        raise InvalidInput("force calibration", f"shapes {f.shape} and {i.shape}", "two equal shapes (N,), N >= 3")
+    spread = float(np.sum((i - i.mean()) ** 2))
+    if spread == 0:
+        raise InvalidInput("force calibration: effort [A]", float(i[0]) + air, "currents that differ")
+    slope = float(np.sum((i - i.mean()) * f)) / spread
+    residual = f - f.mean() - slope * (i - i.mean())
+    return slope, math.sqrt(float(np.sum(residual**2)) / (len(f) - 2) / spread)
+
+
+def _within(where: str, value: float, low: float, high: float) -> None:
+    if not (math.isfinite(value) and low <= value <= high):
+        raise InvalidInput(where, value, f"a number from {low:g} to {high:g}")

@@ -35,6 +35,7 @@ class DeclaredObject:
         size_sd: standard deviation of each edge length [m].
         position: where its base stands on the table: x and y in the arm's base frame [m].
         yaw: how far it is turned about the vertical [rad].
+        source: the file that says so, for messages.
     """
 
     name: str
@@ -43,6 +44,7 @@ class DeclaredObject:
     size_sd: float
     position: tuple[float, float]
     yaw: float
+    source: str = "declared object"
 
     @property
     def volume(self) -> float:
@@ -86,6 +88,7 @@ def read_declared(path: Path) -> DeclaredObject:
         size_sd=table.number("size_sd_m", 0.0005, above=0.0, at_most=0.02, unit="m"),
         position=_two(table.numbers("position_m", 2, (0.5, 0.0), at_least=-0.9, at_most=0.9, unit="m")),
         yaw=math.radians(table.number("yaw_deg", 0.0, at_least=-180, at_most=180, unit="deg")),
+        source=str(path),
     )
     table.done()
     return declared

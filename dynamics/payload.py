@@ -81,7 +81,8 @@ def inertia_parameters(mass: float, center_of_mass: ArrayLike, inertia: ArrayLik
     """
     c = np.asarray(center_of_mass, float)
     about_origin = np.asarray(inertia, float) - mass * skew(c) @ skew(c)
-    return np.concatenate([[mass], mass * c, about_origin[_ROW, _COLUMN]])
+    parameters: Array = np.concatenate([[mass], mass * c, about_origin[_ROW, _COLUMN]])
+    return parameters
 
 
 def inertia_matrix(parameters: ArrayLike) -> Array:
@@ -119,7 +120,7 @@ def to_log_cholesky(parameters: ArrayLike) -> Array:
         raise InvalidInput("inertial parameters", list(_ten(parameters)), "a positive definite pseudo-inertia")
     # P = U U^T with U upper: reverse the axes, take the lower factor, reverse back
     lower = np.linalg.cholesky(pseudo_inertia(parameters)[::-1, ::-1])
-    upper = lower[::-1, ::-1].copy()
+    upper = np.array(lower[::-1, ::-1], np.float64)
     np.fill_diagonal(upper, np.log(np.diag(upper)))
     coordinates: Array = upper[_UPPER]
     return coordinates
@@ -151,7 +152,8 @@ def _upper(coordinates: ArrayLike) -> Array:
 def _from_pseudo_inertia(matrix: Array) -> Array:
     sigma = matrix[:3, :3]
     inertia = np.trace(sigma) * np.eye(3) - sigma
-    return np.concatenate([[matrix[3, 3]], matrix[:3, 3], inertia[_ROW, _COLUMN]])
+    parameters: Array = np.concatenate([[matrix[3, 3]], matrix[:3, 3], inertia[_ROW, _COLUMN]])
+    return parameters
 
 
 def _ten(values: ArrayLike) -> Array:

@@ -23,12 +23,14 @@ class Bank:
         mean: shape (K, d).
         variance: shape (K, d).
         joint: covariance, shape (K, d, d), or None while all properties are independent given the class.
+        origin: hypothesis of the network that every row comes from, shape (K,); None where it is its own.
     """
 
     log_weight: np.ndarray
     mean: np.ndarray
     variance: np.ndarray
     joint: np.ndarray | None = None
+    origin: np.ndarray | None = None
 
     @property
     def covariance(self) -> np.ndarray:

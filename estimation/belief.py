@@ -204,9 +204,7 @@ class Belief:
         if found.link == "log":
             mean, variance = np.exp(mean + 0.5 * variance), np.exp(2 * mean + variance) * np.expm1(variance)
         listed = self.network.hypotheses.material < len(self.network.materials)
-        distance = np.abs(measurement.mean * factor - mean) / np.sqrt(
-            variance + (measurement.sd * factor) ** 2
-        )
+        distance = np.abs(measurement.mean * factor - mean) / np.sqrt(variance + (measurement.sd * factor) ** 2)
         return float(distance[listed & ~np.isneginf(self._log_prior)].min())
 
     @property

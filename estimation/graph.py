@@ -119,6 +119,26 @@ class Solution:
         return np.array(self._values.at(variable))
 
 
+def linear_container(graph: Any, blocks: Mapping[int, Array], b: Array, sigma: Array) -> None:
+    """Add a checked linear factor to a gtsam.NonlinearFactorGraph, for its incremental solvers.
+
+    It is linearised about zero explicitly: without a point gtsam's container says nothing, silently.
+    """
+    import gtsam
+
+    checked = LinearGraph()
+    checked.add(blocks, b, sigma)
+    point = gtsam.Values()
+    for variable, size in checked.dimensions.items():
+        point.insert(variable, np.zeros(size))
+    graph.push_back(gtsam.LinearContainerFactor(checked.graph.at(0), point))
+
+
+def prior_container(graph: Any, variable: int, sigma: Array) -> None:
+    """Add a checked factor x = 0 +- sigma to a gtsam.NonlinearFactorGraph."""
+    linear_container(graph, {variable: np.eye(len(sigma))}, np.zeros(len(sigma)), sigma)
+
+
 def _arguments(blocks: Mapping[int, Array], b: Array, sigma: Array) -> list[Any]:
     import gtsam
 

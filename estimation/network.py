@@ -16,6 +16,9 @@ from estimation.sensor import ClassSensor, Sensor
 UNKNOWN = "unknown"
 LINEAR, LOG = "linear", "log"
 MATERIAL, CATEGORY = "material", "category"
+BOTH, EVERYTHING = "both", "everything"
+RESERVED = (MATERIAL, CATEGORY, BOTH, EVERYTHING)
+"""Names that no property or relation may have: what a plan can be about besides them."""
 
 
 @dataclass(frozen=True)
@@ -297,7 +300,7 @@ class Network:
         parts = [(self._scale(name), value) for name, value in relation.terms]
         if relation.kind == "sum":
             return 1e-9 * sum(abs(value) * scale for scale, value in parts)
-        return 1e-9 * math.prod(scale**value for scale, value in parts)
+        return 1e-9 * float(math.prod(scale**value for scale, value in parts))
 
     def _scale(self, prop: str) -> float:
         own = self.property(prop)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,24 +10,36 @@ from typing import Any
 
 from dynamics.errors import InvalidInput, UnknownName
 from estimation import units
+from estimation.json_checks import mapping, number, only, unit_of
 from estimation.network import (
     CATEGORY,
     LINEAR,
     LOG,
     MATERIAL,
+    RESERVED,
     UNKNOWN,
     Network,
     Property,
-    Relation,
     Unknown,
     checked_probabilities,
     uniform,
 )
+from estimation.relation_file import parse_relations
 from estimation.sensor import ClassSensor, Sensor
 from models import references
 
 FORMAT = "palpate-reference/1"
-_KEYS = ("format", "name", "source", "materials", "categories", "unknown", "properties", "relations", "sensors")
+_KEYS = (
+    "format",
+    "name",
+    "source",
+    "materials",
+    "categories",
+    "unknown",
+    "properties",
+    "relations",
+    "sensors",
+)
 
 
 def read_network(path_or_name: str | Path) -> Network:
@@ -73,17 +84,17 @@ def parse_network(content: Mapping[str, Any], where: str) -> Network:
     parents = {MATERIAL: materials, **({CATEGORY: categories} if categories else {})}
     properties = tuple(
         _property(name, spec, parents, f"{where}: properties: {name}")
-        for name, spec in _mapping(content.get("properties"), f"{where}: properties").items()
+        for name, spec in mapping(content.get("properties"), f"{where}: properties").items()
     )
     if not properties:
         raise InvalidInput(f"{where}: properties", {}, "at least one property")
-    relations = _relations(
-        _mapping(content.get("relations", {}), f"{where}: relations"), properties, f"{where}: relations"
+    relations = parse_relations(
+        mapping(content.get("relations", {}), f"{where}: relations"), properties, f"{where}: relations"
     )
-    measurable = {q.name: q.unit for q in (*properties, *relations)}
+    measurable = {prop.name: prop.unit for prop in properties} | {r.name: r.unit for r in relations}
     sensors = tuple(
         (name, _sensor(spec, measurable, parents, f"{where}: sensors: {name}"))
-        for name, spec in _mapping(content.get("sensors", {}), f"{where}: sensors").items()
+        for name, spec in mapping(content.get("sensors", {}), f"{where}: sensors").items()
     )
     return Network(
         name=str(content.get("name", where)),
@@ -147,27 +158,6 @@ def _sensor_content(sensor: Sensor | ClassSensor, network: Network) -> dict[str,
     return {"variable": sensor.variable, "outcomes": list(sensor.outcomes), "confusion": rows}
 
 
-def _mapping(value: object, where: str) -> Mapping[str, Any]:
-    if not isinstance(value, Mapping):
-        raise InvalidInput(where, value, "an object with names as keys")
-    return value
-
-
-def _number(value: object, where: str, positive: bool = False) -> float:
-    valid = "a finite number > 0" if positive else "a finite number"
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise InvalidInput(where, value, valid)
-    if positive and value <= 0:
-        raise InvalidInput(where, value, valid)
-    return float(value)
-
-
-def _only(spec: Mapping[str, Any], known: tuple[str, ...], where: str) -> None:
-    for key in spec:
-        if key not in known:
-            raise UnknownName(where, key, known)
-
-
 def _classes(value: object, where: str) -> tuple[tuple[str, ...], tuple[float, ...]]:
     """Return names and probabilities of a list of names or of an object name: probability."""
     names = tuple(value) if isinstance(value, (list, Mapping)) else ()
@@ -183,7 +173,7 @@ def _classes(value: object, where: str) -> tuple[tuple[str, ...], tuple[float, .
 def _categories(
     value: object, materials: tuple[str, ...], where: str
 ) -> tuple[tuple[str, ...], tuple[float, ...], tuple[tuple[float, ...], ...]]:
-    specs = {name: _mapping(spec, f"{where}: {name}") for name, spec in _mapping(value, where).items()}
+    specs = {name: mapping(spec, f"{where}: {name}") for name, spec in mapping(value, where).items()}
     if not specs:
         return (), (), ()
     names, _ = _classes(list(specs), where)
@@ -193,8 +183,8 @@ def _categories(
     prior = tuple(checked_probabilities(given, where).values()) if given else uniform(len(names))
     rows = []
     for name, spec in specs.items():
-        _only(spec, ("probability", "materials"), f"{where}: {name}")
-        shares = _mapping(spec.get("materials"), f"{where}: {name}: materials")
+        only(spec, ("probability", "materials"), f"{where}: {name}")
+        shares = mapping(spec.get("materials"), f"{where}: {name}: materials")
         for material in shares:
             if material not in materials:
                 raise UnknownName(f"{where}: {name}: materials", material, materials)
@@ -206,20 +196,20 @@ def _categories(
 def _unknown(value: object, where: str) -> Unknown | None:
     if value is None:
         return None
-    spec = _mapping(value, where)
-    _only(spec, ("weight", "width"), where)
-    weight = _number(spec.get("weight", Unknown.weight), f"{where}: weight")
+    spec = mapping(value, where)
+    only(spec, ("weight", "width"), where)
+    weight = number(spec.get("weight", Unknown.weight), f"{where}: weight")
     if not 0 <= weight < 1:
         raise InvalidInput(f"{where}: weight", weight, "a number in [0, 1)")
-    return Unknown(weight, _number(spec.get("width", Unknown.width), f"{where}: width", positive=True))
+    return Unknown(weight, number(spec.get("width", Unknown.width), f"{where}: width", positive=True))
 
 
 def _property(name: str, value: object, parents: Mapping[str, tuple[str, ...]], where: str) -> Property:
-    spec = _mapping(value, where)
-    _only(spec, ("parent", "unit", "scale", "classes", "mean", "sd"), where)
-    if name in (MATERIAL, CATEGORY, "both", "everything"):
+    spec = mapping(value, where)
+    only(spec, ("parent", "unit", "scale", "classes", "mean", "sd"), where)
+    if name in RESERVED:
         raise InvalidInput(where, name, "a name that is not a variable or a target")
-    unit = str(spec.get("unit", ""))
+    unit = unit_of(spec, where)
     factor = units.si_factor(unit, where)
     scale = spec.get("scale", LINEAR)
     if scale not in (LINEAR, LOG):
@@ -230,119 +220,45 @@ def _property(name: str, value: object, parents: Mapping[str, tuple[str, ...]], 
     if parent is None:
         rows = [(where, {"mean": spec.get("mean"), "sd": spec.get("sd")})]
     else:
-        classes = _mapping(spec.get("classes"), f"{where}: classes")
+        classes = mapping(spec.get("classes"), f"{where}: classes")
         for key in classes:
             if key not in parents[parent]:
                 raise UnknownName(f"{where}: classes", key, parents[parent])
         for key in parents[parent]:
             if key not in classes:
                 raise InvalidInput(f"{where}: classes", list(classes), f"an entry for {key}")
-        rows = [
-            (f"{where}: {key}", dict(_mapping(classes[key], f"{where}: {key}"))) for key in parents[parent]
-        ]
+        rows = [(f"{where}: {key}", dict(mapping(classes[key], f"{where}: {key}"))) for key in parents[parent]]
     means, sds = [], []
     for place, row in rows:
-        _only(row, ("mean", "sd"), place)
-        means.append(factor * _number(row.get("mean"), f"{place}: mean", positive=scale == LOG))
-        sds.append(factor * _number(row.get("sd"), f"{place}: sd", positive=True))
+        only(row, ("mean", "sd"), place)
+        means.append(factor * number(row.get("mean"), f"{place}: mean", positive=scale == LOG))
+        sds.append(factor * number(row.get("sd"), f"{place}: sd", positive=True))
     return Property(name, parent, units.si_unit(unit, where), scale, tuple(means), tuple(sds))
-
-
-def _relations(
-    specs: Mapping[str, Any], properties: tuple[Property, ...], where: str
-) -> tuple[Relation, ...]:
-    known = {prop.name: prop for prop in properties}
-    kinds: dict[str, tuple[str, Mapping[str, Any]]] = {}
-    for name, value in specs.items():
-        spec = _mapping(value, f"{where}: {name}")
-        _only(spec, ("unit", "product", "sum"), f"{where}: {name}")
-        kind = [key for key in ("product", "sum") if key in spec]
-        if len(kind) != 1 or name in known or name in (MATERIAL, CATEGORY, "both", "everything"):
-            raise InvalidInput(f"{where}: {name}", dict(spec), "a new name with one of: product, sum")
-        kinds[name] = (kind[0], _mapping(spec[kind[0]], f"{where}: {name}: {kind[0]}"))
-
-    def expand(name: str, seen: tuple[str, ...]) -> dict[str, float]:
-        """Return a relation in terms of properties alone."""
-        place = f"{where}: {name}"
-        if name in seen:
-            raise InvalidInput(place, " -> ".join((*seen, name)), "relations without a cycle")
-        kind, terms = kinds[name]
-        total: dict[str, float] = {}
-        for term, value in terms.items():
-            number = _number(value, f"{place}: {term}")
-            if number == 0:
-                raise InvalidInput(f"{place}: {term}", value, "a number other than 0")
-            if term in known:
-                inner = {term: 1.0}
-            elif term in kinds and kinds[term][0] == kind:
-                inner = expand(term, (*seen, name))
-            else:
-                others = [other for other in kinds if kinds[other][0] == kind]
-                raise UnknownName(f"{place}: {kind}", term, (*known, *others))
-            for prop, power in inner.items():
-                total[prop] = total.get(prop, 0.0) + number * power
-        if not total:
-            raise InvalidInput(place, dict(terms), "at least one property")
-        return total
-
-    found = []
-    for name, (kind, _) in kinds.items():
-        terms = tuple(expand(name, ()).items())
-        place = f"{where}: {name}"
-        unit = str(specs[name].get("unit", ""))
-        _check_relation(kind, terms, known, unit, place)
-        found.append(Relation(name, kind, units.si_unit(unit, place), terms))
-    return tuple(found)
-
-
-def _check_relation(
-    kind: str, terms: tuple[tuple[str, float], ...], known: Mapping[str, Property], unit: str, where: str
-) -> None:
-    """Refuse a relation whose unit does not fit or whose form the update cannot treat."""
-    own = units.dimension(unit, where)
-    exponents = [units.dimension(known[name].unit, where) for name, _ in terms]
-    if kind == "sum":
-        fits = all(other == own for other in exponents)
-        if any(known[name].scale == LOG for name, _ in terms):
-            raise InvalidInput(where, [name for name, _ in terms], "a sum of properties on the linear scale")
-    else:
-        total = [
-            sum(power * other[i] for (_, power), other in zip(terms, exponents, strict=True))
-            for i in range(3)
-        ]
-        fits = all(abs(a - b) < 1e-12 for a, b in zip(total, own, strict=True))
-        linear = [name for name, _ in terms if known[name].scale == LINEAR]
-        if linear and (len(terms) != 2 or any(power != 1 for _, power in terms)):
-            raise InvalidInput(
-                where, dict(terms), "log-scale properties, or a product of two properties where one is linear"
-            )
-    if not fits:
-        raise InvalidInput(f"{where}: unit", unit, f"the unit of the {kind} of its properties")
 
 
 def _sensor(
     value: object, measurable: Mapping[str, str], parents: Mapping[str, tuple[str, ...]], where: str
 ) -> Sensor | ClassSensor:
-    spec = _mapping(value, where)
+    spec = mapping(value, where)
     try:
         if "variable" in spec:
-            _only(spec, ("variable", "outcomes", "confusion"), where)
+            only(spec, ("variable", "outcomes", "confusion"), where)
             variable = spec["variable"]
             if variable not in parents:
                 raise UnknownName("variable", variable, parents)
             rows = spec.get("confusion")
             if not isinstance(rows, list) or not all(isinstance(row, list) for row in rows):
                 raise InvalidInput("confusion", rows, "rows of numbers")
-            table = tuple(tuple(_number(cell, "confusion") for cell in row) for row in rows)
+            table = tuple(tuple(number(cell, "confusion") for cell in row) for row in rows)
             outcomes = tuple(spec.get("outcomes", parents[variable]))
             return ClassSensor(variable, parents[variable], outcomes, table)
-        _only(spec, ("property", "unit", "sd", "relative_sd"), where)
+        only(spec, ("property", "unit", "sd", "relative_sd"), where)
         if spec.get("property") not in measurable:
             raise UnknownName("property", spec.get("property"), measurable)
         expected = measurable[spec["property"]]
         factor = units.conversion(str(spec.get("unit", expected)), expected, "unit")
-        sd = factor * _number(spec.get("sd", 0.0), "sd")
-        return Sensor(spec["property"], sd, _number(spec.get("relative_sd", 0.0), "relative_sd"))
+        sd = factor * number(spec.get("sd", 0.0), "sd")
+        return Sensor(spec["property"], sd, number(spec.get("relative_sd", 0.0), "relative_sd"))
     except UnknownName as error:
         raise UnknownName(f"{where}: {error.where}", error.found, error.known) from None
     except InvalidInput as error:

@@ -16,19 +16,15 @@ from dynamics.arm import Arm
 from dynamics.errors import InvalidInput
 from dynamics.signals import JointReadings
 from estimation.payload_checks import check_gravity, check_readings
+from estimation.payload_em import fit_mixture, fit_with_noise, small_sample_correction
 from estimation.payload_estimate import PayloadEstimate
-from estimation.payload_graph import Design, Fit, build, design_readings, solve
+from estimation.payload_graph import Design, Fit, design_readings, solve
 from estimation.payload_holds import StaticReadings, reduce_holds
-from estimation.payload_noise import JointNoise, Responsibility, quantisation_variance, responsibilities
+from estimation.payload_noise import JointNoise, Responsibility, quantisation_variance
 
 __all__ = ["JointNoise", "PayloadEstimate", "estimate_payload"]
 
 Array = NDArray[np.float64]
-
-HUBER = 1.345  # sd at which a residual's weight starts to fall, in the warm start
-START_ROUNDS, MAX_ROUNDS, TOLERANCE = 4, 60, 1e-5
-POOL = 3.0  # degrees of freedom that the joints lend each other's noise
-LARGEST_DENSE = 120  # readings whose leverages are computed densely
 
 
 def estimate_payload(
@@ -97,19 +93,40 @@ def _variances(tare: StaticReadings, load: StaticReadings, noise: JointNoise, jo
 
 def _estimate(design: Design, variances: _Variances, noise: JointNoise) -> PayloadEstimate:
     joints = design.torque.shape[1]
-    drift = noise.per_joint("drift", joints)
-    free = noise.pose_sd is None and noise.sd is None
-    pose_sd = np.full(joints, np.inf if free else 0.0)
-    if noise.pose_sd is not None:
-        pose_sd = noise.per_joint("pose_sd", joints)
-    sd = np.sqrt(variances.known + variances.common)
-    widening = 1.0
-    if variances.estimated:
-        fit, belief, sd, freedom = _fit_with_noise(design, variances.known, drift, pose_sd, noise.outlier_rate)
-        widening = _student(freedom) / 1.96
-    else:
-        fit, belief = _fit(design, sd, drift, pose_sd, noise.outlier_rate)
-    covariance = _covariance(design, belief, drift, pose_sd, noise.per_joint("gain_sd", joints)) * widening**2
+    drift, pose_sd = noise.per_joint("drift", joints), _pose_sd(noise, joints)
+    if not variances.estimated:
+        sd = np.sqrt(variances.known + variances.common)
+        fit, belief = fit_mixture(design, sd, drift, pose_sd, noise.outlier_rate)
+        return summarise(design, fit, belief, sd, noise)
+    fit, belief, sd, freedom = fit_with_noise(design, variances.known, drift, pose_sd, noise.outlier_rate)
+    correction = small_sample_correction(design, belief, drift, pose_sd, freedom)
+    return summarise(design, fit, belief, sd, noise, correction)
+
+
+def summarise(
+    design: Design, fit: Fit, belief: Responsibility, sd: Array, noise: JointNoise, correction: Array | None = None
+) -> PayloadEstimate:
+    """Return the estimate of a fit: covariance from the observed information, gain errors on top of it.
+
+    Args:
+        design, fit, belief: the readings' matrices, the solved graph, and the readings' weights.
+        sd: of good readings [N m], (N, nv).
+        noise: its gain errors are parameters that are not estimated but count (Schmidt's consider covariance).
+        correction: factor on the noise's part of the covariance, (4, 4).
+    """
+    joints = design.torque.shape[1]
+    gain_sd = noise.per_joint("gain_sd", joints)
+    gains = bool(np.any(gain_sd > 0))
+    sigma = 1 / np.sqrt(np.maximum(belief.curvature, 1e-6 * belief.precision))
+    root = solve(design, sigma, noise.per_joint("drift", joints), _pose_sd(noise, joints), gains).root
+    size = design.tool.shape[2]
+    inverse = np.linalg.inv(root[:size, :size])[:4]
+    covariance = inverse @ inverse.T
+    if correction is not None:
+        covariance = correction @ covariance @ correction.T
+    if gains:
+        slope = -inverse @ root[:size, size:]
+        covariance = covariance + (slope * gain_sd**2) @ slope.T
     scale = np.sqrt(np.diag(covariance))
     return PayloadEstimate(
         parameters=fit.tool[:4],
@@ -119,83 +136,11 @@ def _estimate(design: Design, variances: _Variances, noise: JointNoise) -> Paylo
         residuals=fit.residual,
         noise_sd=sd,
         condition=float(np.linalg.cond(covariance / np.outer(scale, scale))),
+        capacity=design.capacity,
     )
 
 
-def _fit(
-    design: Design, sd: Array, drift: Array, pose_sd: Array, outlier_rate: float, start: Fit | None = None
-) -> tuple[Fit, Responsibility]:
-    """Alternate between the graph and the weights of its readings, from a Huber fit on."""
-    fit = solve(design, sd, drift, pose_sd) if start is None else start
-    if outlier_rate == 0:
-        return fit, responsibilities(fit.residual, sd, 0.0)
-    if start is None:
-        for _ in range(START_ROUNDS):
-            size = np.abs(fit.residual) / sd
-            fit = solve(design, sd * np.sqrt(np.maximum(size / HUBER, 1.0)), drift, pose_sd)
-    for _ in range(MAX_ROUNDS):
-        belief = responsibilities(fit.residual, sd, outlier_rate)
-        previous, fit = fit, solve(design, 1 / np.sqrt(belief.precision), drift, pose_sd)
-        if np.max(np.abs(fit.residual - previous.residual) / sd) < TOLERANCE:
-            break
-    return fit, responsibilities(fit.residual, sd, outlier_rate)
-
-
-def _fit_with_noise(
-    design: Design, known: Array, drift: Array, pose_sd: Array, outlier_rate: float
-) -> tuple[Fit, Responsibility, Array, float]:
-    """Fit, and estimate the variance that each joint's readings have beyond the known one.
-
-    Restricted maximum likelihood: the variance is such that the weighted squares of the residuals come to their
-    degrees of freedom, readings less leverage; joints with few of these lean on all joints' common ratio.
-    """
-    joints = design.torque.shape[1]
-    scale = np.sqrt(known.mean(axis=0)) if known.max() > 0 else np.full(joints, 0.3)
-    common = scale**2
-    fit: Fit | None = None
-    for _ in range(12):
-        sd = np.sqrt(known + common)
-        fit, belief = _fit(design, sd, drift, pose_sd, outlier_rate, start=fit)
-        room = belief.reading * (1 - _leverages(design, 1 / np.sqrt(belief.precision), drift, pose_sd))
-        squares = (belief.reading * (fit.residual / sd) ** 2).sum(axis=0)
-        freedom = room.sum(axis=0)
-        if freedom.sum() < 1:
-            raise InvalidInput("payload: readings", f"{len(design)} poses", "more poses, or the noise given (sd)")
-        pooled = squares.sum() / freedom.sum()
-        ratio = (squares + POOL * pooled) / (freedom + POOL)
-        target = np.maximum(ratio * sd**2 - known, 0).mean(axis=0)
-        floor = 1e-6 * (known.mean(axis=0) + target) + 1e-12
-        settled = bool(np.all(np.abs(target - common) <= 0.01 * (common + known.mean(axis=0))))
-        common = np.maximum(target, floor)
-        if settled:
-            break
-    return fit, belief, np.sqrt(known + common), float(freedom.sum())
-
-
-def _leverages(design: Design, sigma: Array, drift: Array, pose_sd: Array) -> Array:
-    """Return how much of its own value every reading's fit takes, (N, nv)."""
-    graph, _, _ = build(design, sigma, drift, pose_sd)
-    whitened = graph.graph.jacobian()[0]
-    leverage: Array = (np.linalg.qr(whitened)[0] ** 2).sum(axis=1)[: sigma.size].reshape(sigma.shape)
-    return leverage
-
-
-def _covariance(design: Design, belief: Responsibility, drift: Array, pose_sd: Array, gain_sd: Array) -> Array:
-    """Return the payload's covariance: observed information, and gain errors as parameters not estimated."""
-    sigma = 1 / np.sqrt(np.maximum(belief.curvature, 1e-6 * belief.precision))
-    gains = bool(np.any(gain_sd > 0))
-    root = solve(design, sigma, drift, pose_sd, gains).root
-    size = design.tool.shape[2]
-    inverse = np.linalg.inv(root[:size, :size])
-    covariance = inverse @ inverse.T
-    if gains:
-        slope = -inverse @ root[:size, size:]
-        covariance = covariance + (slope * gain_sd**2) @ slope.T
-    return covariance[:4, :4]
-
-
-def _student(freedom: float) -> float:
-    """Return the 97.5 % quantile of Student's distribution."""
-    from scipy.special import stdtrit
-
-    return float(stdtrit(freedom, 0.975))
+def _pose_sd(noise: JointNoise, joints: int) -> Array:
+    if noise.pose_sd is None:
+        return np.full(joints, np.inf if noise.sd is None else 0.0)
+    return noise.per_joint("pose_sd", joints)

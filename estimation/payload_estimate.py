@@ -13,7 +13,8 @@ from estimation.measurement import Measurement
 Array = NDArray[np.float64]
 
 PRIOR_SD = np.array([100.0, 100.0, 100.0, 100.0])  # kg, kg m: so broad that it only keeps the graph solvable
-IDENTIFIED = 0.1  # share of the prior's sd below which the readings, not the prior, have spoken
+IDENTIFIED = 0.2  # share of what the arm can carry, below which an sd counts as knowledge
+HAND = 0.1  # m: the size of things held in a hand, for first moments
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,8 @@ class PayloadEstimate:
         residuals: of every reading, tare before load [N m], (N, nv).
         noise_sd: sd that the readings were given or found to have [N m], (N, nv).
         condition: condition number of the scaled information on the parameters; large when poses are poor.
+        capacity: mass that the arm can hold at full reach [kg]; a parameter counts as identified if its sd is
+            less than a fifth of that (times 0.1 m for m c).
     """
 
     parameters: Array
@@ -38,6 +41,7 @@ class PayloadEstimate:
     residuals: Array
     noise_sd: Array
     condition: float
+    capacity: float
 
     @property
     def mass(self) -> float:
@@ -77,7 +81,8 @@ class PayloadEstimate:
     @property
     def identified(self) -> tuple[str, ...]:
         """Names of the parameters that the poses identify."""
-        told = np.sqrt(np.diag(self.covariance)) < IDENTIFIED * PRIOR_SD
+        needed = IDENTIFIED * self.capacity * np.array([1.0, HAND, HAND, HAND])
+        told = np.sqrt(np.diag(self.covariance)) < needed
         return tuple(name for name, known in zip(STATIC_PARAMETERS, told, strict=True) if known)
 
     @property
@@ -91,6 +96,8 @@ class PayloadEstimate:
         missing = [name for name in STATIC_PARAMETERS if name not in self.identified]
         if missing:
             return f"not identifiable from these poses: {', '.join(missing)}; choose poses that differ in tilt"
+        if self.mass < -2 * self.mass_sd:
+            return f"negative mass ({self.mass:.3f} kg): are tare and load exchanged?"
         if not self.mass_is_distinct:
             low, high = self.mass_interval
             return f"no payload distinguishable from zero: mass in [{low:.3f}, {high:.3f}] kg"

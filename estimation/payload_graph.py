@@ -23,10 +23,13 @@ Array = NDArray[np.float64]
 BIAS_PRIOR_SD = 100.0  # N m, as broad as harmless
 FRICTION_PRIOR_SD = 100.0  # N m, N m s/rad
 FREE = 1e3  # N m: an offset left free
+# What the tare may find beyond the arm's model where every shared pose has an offset of its own [kg, kg m]: these
+# explain the tare as well as any gripper does, and the small difference between a tare pose and its load pose
+# times a gripper left wild would count as noise of the payload.
+GRIPPER_PRIOR_SD = np.array([2.0, 0.4, 0.4, 0.4])
+DEFAULT_EFFORT = 10.0  # N m: what a joint is taken to be built for if the description does not say
 SAME_POSE = 0.02  # rad within which two poses are the same
 SLOW = 0.01  # rad/s below which Coulomb friction has no certain sign
-
-TOOL = slice(0, 8)
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,8 @@ class Design:
         torque: measured torque less the arm's own [N m], (N, nv).
         tool: matrix of payload, gripper and friction, (N, nv, 8 or 8 + 2 nv).
         total: measured torque, what a gain error scales [N m], (N, nv).
+        scale: what the joints are built for [N m], a first idea of how their noises compare, (nv,).
+        capacity: mass that the strongest joint holds at full reach [kg].
         step: rank of every reading in time, (N,).
         pose: index of the pose that tare and load share, -1 where only one was there, (N,).
     """
@@ -44,6 +49,8 @@ class Design:
     torque: Array
     tool: Array
     total: Array
+    scale: Array
+    capacity: float
     step: NDArray[np.int_]
     pose: NDArray[np.int_]
 
@@ -66,7 +73,18 @@ def design_readings(arm: Arm, tare: StaticReadings, load: StaticReadings, fricti
     step = np.empty(len(q), int)
     step[order] = np.arange(len(q))
     gravity = np.array([arm.gravity(row) for row in q])
-    return Design(total - gravity, np.concatenate(columns, axis=2), total, step, _shared_poses(tare.q, load.q))
+    known = bool(np.all(np.isfinite(arm.effort_limit)))
+    scale = arm.effort_limit if known else np.full(arm.nv, DEFAULT_EFFORT)
+    weight = float(np.linalg.norm(arm.model.gravity.linear)) * arm.reach
+    return Design(
+        torque=total - gravity,
+        tool=np.concatenate(columns, axis=2),
+        total=total,
+        scale=scale,
+        capacity=float(scale.max()) / weight,
+        step=step,
+        pose=_shared_poses(tare.q, load.q),
+    )
 
 
 @dataclass(frozen=True)
@@ -120,7 +138,8 @@ def build(
     else:  # one factor of all rows says the same and is solved faster
         rows = matrix.reshape(count * joints, -1)
         graph.add({tool: rows, bias[0]: np.tile(eye, (count, 1))}, design.torque.ravel(), sigma.ravel())
-    prior = np.concatenate([PRIOR_SD, PRIOR_SD, np.full(matrix.shape[2] - 8, FRICTION_PRIOR_SD)])
+    gripper = GRIPPER_PRIOR_SD if offsets else PRIOR_SD
+    prior = np.concatenate([PRIOR_SD, gripper, np.full(matrix.shape[2] - 8, FRICTION_PRIOR_SD)])
     if gains:
         prior[-joints:] = 1.0
     graph.add_prior(tool, np.zeros(len(prior)), prior)
@@ -137,14 +156,14 @@ def build(
 def _fit(design: Design, solution: Solution, bias: list[int], offset: list[int | None]) -> Fit:
     tool = solution[key("x")][: design.tool.shape[2]]
     nuisance = np.array([solution[k] for k in bias])
-    shared = [i for i, k in enumerate(offset) if k is not None]
-    if shared:
-        nuisance[shared] += [solution[offset[i]] for i in shared]
+    for i, shared in enumerate(offset):
+        if shared is not None:
+            nuisance[i] += solution[shared]
     return Fit(tool, design.torque - design.tool @ tool - nuisance, solution.root)
 
 
 def _shared_poses(tare: Array, load: Array) -> NDArray[np.int_]:
-    """Number the poses that both visited."""
+    """Return the number of the pose that both visited, or -1, for every reading."""
     q = np.concatenate([tare, load])
     pose = np.full(len(q), -1)
     for index, row in enumerate(tare):

@@ -24,7 +24,7 @@ class StaticReadings:
 
     Attributes:
         q, tau: position and torque [rad, N m], (N, nv).
-        error: standard error of the torque that the samples of the hold show [N m], 0 for single readings, (N, nv).
+        error: standard error that the samples of a hold show [N m], 0 for single readings, (N, nv).
         scatter: sd of a single sample about the hold's mean [N m], 0 for single readings, (N, nv).
         count: samples behind each reading, (N,).
         time: [s], nan where unknown, (N,).
@@ -60,9 +60,9 @@ def reduce_holds(readings: JointReadings | Sequence[JointReadings], name: str) -
         n, joints = readings.q.shape
         if n == 0:
             raise InvalidInput(name, "no reading", "at least one")
-        still = np.zeros((n, joints))
-        time = np.full(n, np.nan) if readings.time is None else readings.time
-        return StaticReadings(readings.q, readings.tau, still, still, np.ones(n, int), time, readings.dq)
+        none = np.zeros((n, joints))
+        stamps = np.full(n, np.nan) if readings.time is None else readings.time
+        return StaticReadings(readings.q, readings.tau, none, none, np.ones(n, int), stamps, readings.dq)
     if len(readings) == 0:
         raise InvalidInput(name, "no hold", "at least one")
     q, tau, scatter, time = [], [], [], []

@@ -12,6 +12,7 @@ from dynamics.errors import InvalidInput
 Array = NDArray[np.float64]
 
 OUTLIER_SCALE = 20.0  # sd of an outlier in sd of a good reading; estimates hardly depend on it
+_HARMONICS = np.arange(1.0, 100.0)
 POSE_OUTLIER_SHARE = 0.2  # outlying poses (a touch, a cable) per outlying reading
 
 
@@ -70,12 +71,17 @@ class JointNoise:
 def quantisation_variance(quantum: ArrayLike, sd: ArrayLike) -> Array:
     """Return the variance that rounding leaves in the mean of many samples [N^2 m^2].
 
-    q^2/12 without noise; noise of the samples dithers it away: the first harmonic of the rounding error shrinks
-    with exp(-2 (pi sd / q)^2), its variance with the square of that.
+    q^2/12 without noise. Noise of the samples dithers the rounding away, harmonic by harmonic of the sawtooth:
+    sum_k q^2 / (2 pi^2 k^2) exp(-(2 pi k sd / q)^2).
+
+    Args:
+        quantum: step q [N m].
+        sd: noise of a single sample [N m].
     """
-    q = np.asarray(quantum, float)
-    ratio = np.divide(sd, q, out=np.full(np.broadcast(q, sd).shape, np.inf), where=q > 0)
-    return np.asarray(q**2 / 12 * np.exp(-4 * (np.pi * ratio) ** 2))
+    q, noise = np.broadcast_arrays(np.asarray(quantum, float), np.asarray(sd, float))
+    ratio = np.divide(noise, q, out=np.full(q.shape, np.inf), where=q > 0)
+    series = (np.exp(-((2 * np.pi * _HARMONICS * ratio[..., None]) ** 2)) / _HARMONICS**2).sum(axis=-1)
+    return np.asarray(np.where(ratio > 0, q**2 / (2 * np.pi**2) * series, q**2 / 12))
 
 
 @dataclass(frozen=True)

@@ -126,4 +126,4 @@ class ClassSensor:
             q[:] = output
         if not np.all(np.isfinite(q)) or np.any(q < 0) or abs(q.sum() - 1) > 1e-3:
             raise InvalidInput(where, q.tolist(), "probabilities >= 0 that sum to 1")
-        return q / q.sum()
+        return np.asarray(q / q.sum())

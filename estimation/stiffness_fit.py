@@ -26,9 +26,43 @@ SCAN = 72  # candidate onsets
 SCAN_ROUNDS = 12  # reweightings per candidate
 ROUNDS = 60  # refinements at most
 SCALE_ROUNDS = 12  # of the noise's scale
+MARGINAL_POINTS = 41  # onsets
 CAUCHY = 2.385  # 95 % efficient on Gaussian noise
 
 BASELINE, ONSET, MODULUS, DEADBAND, COMPLIANCE, CURVE = 0, 1, 2, 3, 4, 5
+
+
+@dataclass(frozen=True)
+class Readings:
+    """What a curve is fitted to.
+
+    Attributes:
+        strain, stress: as read, (N,).
+        sd: of the stress readings that are no spikes, up to a common scale [Pa], (N,).
+        geometry: gives the law of the contact.
+        true_strain: where the curve is evaluated, (N,): the strain, or where its errors matter the best guess of
+            what it truly was. The curve is carried on to the strain along its tangent there.
+        strain_sd: of the strain readings [-]; it counts as stress along the curve's slope.
+    """
+
+    strain: Array
+    stress: Array
+    sd: Array
+    geometry: Geometry
+    true_strain: Array
+    strain_sd: float = 0.0
+
+    def __len__(self) -> int:
+        return len(self.strain)
+
+    def predict(self, parameters: Array) -> tuple[Array, Array]:
+        """Return the predicted stress and its derivatives by the parameters, (N,) and (N, 5 + k)."""
+        stress, jacobian = predict(parameters, self.true_strain, self.geometry)
+        return stress - jacobian[:, ONSET] * (self.strain - self.true_strain), jacobian
+
+    def noise(self, jacobian: Array, scale: float) -> Array:
+        """Return the standard deviation of the stress readings, with that of the strain in it [Pa], (N,)."""
+        return np.hypot(scale * self.sd, jacobian[:, ONSET] * self.strain_sd)
 
 
 @dataclass(frozen=True)
@@ -120,11 +154,12 @@ def predict(parameters: Array, strain: Array, geometry: Geometry) -> tuple[Array
     return parameters[BASELINE] + stress, jacobian
 
 
-def scan_onset(strain: Array, stress: Array, sd: Array, geometry: Geometry) -> Array:
+def scan_onset(readings: Readings) -> Array:
     """Return a start for the refinement: the onset of the best robust hinge, with its baseline and modulus.
 
     Every candidate onset gets its own Cauchy-weighted line over h; the one with the least robust loss wins.
     """
+    strain, stress, sd, geometry = readings.true_strain, readings.stress, readings.sd, readings.geometry
     low, high = np.min(strain), np.max(strain)
     span = high - low
     candidates = np.linspace(low - 0.02 * span, low + 0.9 * span, SCAN)
@@ -149,92 +184,139 @@ def scan_onset(strain: Array, stress: Array, sd: Array, geometry: Geometry) -> A
     return np.array([baseline[best], candidates[best], modulus[best]])
 
 
-def spread_of(stress: Array) -> float:
-    """Return a first guess of the readings' noise from their second differences, spikes or not [Pa]."""
-    if len(stress) < 4:
-        return 0.0
-    bends = np.abs(np.diff(stress, 2))
-    return float(np.median(bends) / (0.6745 * math.sqrt(6.0)))
-
-
-def refine(
-    strain: Array,
-    stress: Array,
-    sd: Array,
-    geometry: Geometry,
-    start: Array,
-    prior: Prior,
-    *,
-    scale_known: bool,
-    scale: float = 1.0,
-) -> Fit:
+def refine(readings: Readings, start: Array, prior: Prior, *, scale_known: bool, scale: float = 1.0) -> Fit:
     """Return the most probable curve, by expectation-maximisation with Levenberg's damped Gauss-Newton steps.
 
     Args:
-        strain, stress: readings, (N,).
-        sd: of the stress readings that are no spikes, up to a common scale [Pa], (N,).
-        geometry: gives the law and nothing else.
+        readings: to fit.
         start: parameters to start at, (5 + k,).
         prior: of the parameters.
-        scale_known: whether sd is the noise or only its shape.
+        scale_known: whether the readings' sd is the noise or only its shape.
         scale: the scale to start at.
     """
+    stress = readings.stress
     free = prior.sd > 0
     information = np.where(np.isfinite(prior.sd) & free, 1 / np.where(free, prior.sd, 1.0) ** 2, 0.0)
     x = np.where(free, start, prior.mean)
     rate = SPIKE_RATE
-    floor = 1e-6 * max(float(np.max(np.abs(stress))), 1e-12) / float(np.median(sd))
-    n = len(strain)
+    floor = 1e-6 * max(float(np.max(np.abs(stress))), 1e-12) / float(np.median(readings.sd))
+    n = len(readings)
 
-    def loss(trial: Array) -> tuple[float, Array]:
-        residual = (stress - predict(trial, strain, geometry)[0]) / sd
-        return -_log_density(residual / scale, rate).sum() + 0.5 * float(
-            (information * (trial - prior.mean) ** 2).sum()
-        ), residual
+    def loss(trial: Array) -> tuple[float, Array, Array]:
+        predicted, jacobian = readings.predict(trial)
+        value = -_log_density((stress - predicted) / sd, rate).sum()
+        return value + 0.5 * float((information * (trial - prior.mean) ** 2).sum()), stress - predicted, jacobian
 
+    predicted, jacobian = readings.predict(x)
+    residual = stress - predicted
     damping = 1e-3
-    value, residual = loss(x)
+    used = float(free.sum())  # degrees of freedom that the readings, not the prior, decide
     for step in range(ROUNDS):
-        weights = _inlier(residual / scale, rate)
+        sd = readings.noise(jacobian, scale)
+        weights = _inlier(residual / sd, rate)
         if step < ROUNDS - 5:
             rate = min(max((float((1 - weights).sum()) + 1.0) / (n + 20.0), 1e-3), 0.45)
             if not scale_known and step < SCALE_ROUNDS:
                 # Parameters cost degrees of freedom; a factor of 1 would make small samples over-confident.
-                dof = max(float(weights.sum()) - int(free.sum()) + int((information > 0).sum()), 1.0)
-                scale = max(math.sqrt(float((weights * residual**2).sum()) / dof), floor)
-            value, residual = loss(x)
-        jacobian = predict(x, strain, geometry)[1]
-        w = (weights + (1 - weights) / SPIKE_SCALE**2) / (sd * scale) ** 2
+                dof = max(float(weights.sum()) - used, 1.0)
+                scale = max(scale * math.sqrt(float((weights * (residual / sd) ** 2).sum()) / dof), floor)
+                sd = readings.noise(jacobian, scale)
+        value, residual, jacobian = loss(x)
+        w = (weights + (1 - weights) / SPIKE_SCALE**2) / sd**2
         hessian = (jacobian.T * w) @ jacobian + np.diag(information)
-        gradient = jacobian.T @ (w * residual * sd) - information * (x - prior.mean)
+        used = _decided((jacobian.T * w) @ jacobian, hessian, free)
+        gradient = jacobian.T @ (w * residual) - information * (x - prior.mean)
         moved = False
         for _ in range(12):
-            move = _solve(hessian, gradient, free, damping)
-            trial = x + move
+            trial = x + _solve(hessian, gradient, free, damping)
             if trial[MODULUS] > 0:
-                new, new_residual = loss(trial)
+                new, new_residual, new_jacobian = loss(trial)
                 if new <= value + 1e-12 * abs(value):
                     moved = value - new > 1e-9 * (1 + abs(value))
-                    x, value, residual = trial, new, new_residual
+                    x, residual, jacobian = trial, new_residual, new_jacobian
                     damping = max(damping / 5, 1e-9)
                     break
             damping *= 5
         if not moved and step > SCALE_ROUNDS:
             break
-    weights = _inlier(residual / scale, rate)
-    jacobian = predict(x, strain, geometry)[1]
-    w = (weights + (1 - weights) / SPIKE_SCALE**2) / (sd * scale) ** 2
+    sd = readings.noise(jacobian, scale)
+    weights = _inlier(residual / sd, rate)
+    w = (weights + (1 - weights) / SPIKE_SCALE**2) / sd**2
     # Louis: what is not known of the spikes is taken off the information.
-    missing = weights * (1 - weights) * (residual / scale * (1 - 1 / SPIKE_SCALE**2)) ** 2 / (sd * scale) ** 2
-    hessian = (jacobian.T * (w - missing)) @ jacobian + np.diag(information)
-    covariance = _invert(hessian, free)
+    missing = weights * (1 - weights) * (residual / sd * (1 - 1 / SPIKE_SCALE**2)) ** 2 / sd**2
+    covariance = _invert((jacobian.T * (w - missing)) @ jacobian + np.diag(information), free)
     if covariance is None:
         covariance = _invert((jacobian.T * w) @ jacobian + np.diag(information), free)
     if covariance is None:
         covariance = np.full((len(x), len(x)), np.inf)
-    likelihood = float(_log_density(residual / scale, rate).sum() - np.log(sd * scale).sum())
+    likelihood = float(_log_density(residual / sd, rate).sum() - np.log(sd).sum())
     penalty = 0.5 * float((information * (x - prior.mean) ** 2).sum())
     return Fit(x, covariance, scale, weights, rate, likelihood - penalty)
+
+
+def marginalise(fit: Fit, readings: Readings, prior: Prior, reach: float = 5.0) -> Fit:
+    """Return a fit with the mean and covariance of its parameters over every onset that the readings allow.
+
+    A hinge is not linear in its onset, so the curvature at the best one understates what is not known. Each onset
+    of a grid gets the best other parameters, by two Gauss-Newton steps, and counts with its probability.
+    """
+    spread = math.sqrt(max(float(fit.covariance[ONSET, ONSET]), 0.0))
+    if not (math.isfinite(spread) and spread > 0):
+        return fit
+    stress = readings.stress
+    sd = readings.noise(readings.predict(fit.parameters)[1], fit.scale)
+    w = (fit.weights + (1 - fit.weights) / SPIKE_SCALE**2) / sd**2
+    fixed = Prior(prior.mean, prior.sd.copy())
+    fixed.sd[ONSET] = 0.0
+    free = fixed.sd > 0
+    information = np.where(np.isfinite(fixed.sd) & free, 1 / np.where(free, fixed.sd, 1.0) ** 2, 0.0)
+    means, covariances, logs = [], [], []
+    onset_information = 1 / prior.sd[ONSET] ** 2
+    for offset in np.linspace(-reach, reach, MARGINAL_POINTS):
+        x = fit.parameters.copy()
+        x[ONSET] += offset * spread
+        x[MODULUS] += fit.covariance[MODULUS, ONSET] / spread * offset
+        x[MODULUS] = max(x[MODULUS], 0.05 * fit.parameters[MODULUS])
+        hessian = np.eye(len(x))
+        for _ in range(2):
+            predicted, jacobian = readings.predict(x)
+            hessian = (jacobian.T * w) @ jacobian + np.diag(information)
+            gradient = jacobian.T @ (w * (stress - predicted)) - information * (x - prior.mean)
+            x = x + _solve(hessian, gradient, free, 1e-9)
+            x[MODULUS] = max(x[MODULUS], 0.05 * fit.parameters[MODULUS])
+        covariance = _invert(hessian, free)
+        if covariance is None:
+            continue
+        residual = (stress - readings.predict(x)[0]) / sd
+        penalty = 0.5 * float((information * (x - prior.mean) ** 2).sum())
+        penalty += 0.5 * onset_information * (x[ONSET] - prior.mean[ONSET]) ** 2
+        volume = covariance[np.ix_(np.flatnonzero(free), np.flatnonzero(free))]
+        log = (
+            float(_log_density(residual, fit.spike_rate).sum())
+            - penalty
+            + 0.5 * float(np.linalg.slogdet(volume)[1])
+        )
+        means.append(x)
+        covariances.append(covariance)
+        logs.append(log)
+    if len(logs) < MARGINAL_POINTS // 2:
+        return fit
+    share = np.exp(np.array(logs) - max(logs))
+    share /= share.sum()
+    mean = share @ np.array(means)
+    apart = np.array(means) - mean
+    covariance = np.einsum("g,gij->ij", share, np.array(covariances)) + (apart.T * share) @ apart
+    return Fit(mean, covariance, fit.scale, fit.weights, fit.spike_rate, fit.log_likelihood)
+
+
+def _decided(readings: Array, hessian: Array, free: NDArray[np.bool_]) -> float:
+    """Return how many parameters the readings decide, the trace of their share of the information."""
+    at = np.flatnonzero(free)
+    h = hessian[np.ix_(at, at)]
+    size = np.sqrt(np.maximum(np.diag(h), 1e-300))
+    scale = np.outer(size, size)
+    share = np.linalg.lstsq(h / scale, readings[np.ix_(at, at)] / scale, rcond=None)[0]
+    return float(np.trace(share))
 
 
 def _log_density(z: Array, rate: float) -> Array:
@@ -271,8 +353,9 @@ def _invert(hessian: Array, free: NDArray[np.bool_]) -> Array | None:
     scaled = h / np.outer(size, size)
     try:
         np.linalg.cholesky(scaled)
+        inverse = np.linalg.inv(scaled)
     except np.linalg.LinAlgError:
         return None
     covariance = np.zeros_like(hessian)
-    covariance[np.ix_(at, at)] = np.linalg.inv(scaled) / np.outer(size, size)
+    covariance[np.ix_(at, at)] = inverse / np.outer(size, size)
     return covariance

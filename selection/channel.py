@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimation.bank import Bank, Predictive, direction, linear_first, predictive
-from estimation.conditioning import exponential_density
 from estimation.network import CATEGORY, LOG, MATERIAL, Network
 from estimation.sensor import ClassSensor, Sensor
+from selection.log_density import log_columns
 from selection.quadrature import mixture_nodes
 
 _HALF_LN_2PIE = 0.5 * math.log(2 * math.pi * math.e)
@@ -51,14 +51,14 @@ def channel(network: Network, bank: Bank, sensor: Sensor | ClassSensor, per_sd: 
         UnknownName: if the network has no such quantity or variable.
     """
     if isinstance(sensor, ClassSensor):
-        return _class_channel(network, sensor)
+        return _class_channel(network, bank, sensor)
     found, component = _components(network, bank, sensor.property)
     if found.link == LOG:
         return _log_channel(found, component, sensor, per_sd)
     if not found.exact:
-        return _summed_channel(*_product_parts(network, bank, sensor), found, component, sensor, per_sd)
+        return _summed_channel(_product_parts(network, bank, sensor), component, per_sd)
     if sensor.relative_sd > 0:
-        return _summed_channel(*_relative_parts(found, sensor), found, component, sensor, per_sd)
+        return _summed_channel(_relative_parts(found, sensor), component, per_sd)
     return _gaussian_channel(found, component, sensor, per_sd)
 
 
@@ -66,7 +66,7 @@ def _components(network: Network, bank: Bank, quantity: str) -> tuple[Predictive
     """Return the distinct predictives of a quantity and which one every hypothesis has."""
     found = predictive(network, bank, quantity)
     count = len(bank.mean)
-    if bank.joint is not None or quantity not in network.property_names:
+    if bank.joint is not None or bank.origin is not None or quantity not in network.property_names:
         return found, np.arange(count)
     parent = network.property(quantity).parent
     rows = {MATERIAL: network.hypotheses.material, CATEGORY: network.hypotheses.category}
@@ -77,9 +77,10 @@ def _components(network: Network, bank: Bank, quantity: str) -> tuple[Predictive
     return Predictive(found.mean[first], found.variance[first], found.link, found.exact), component
 
 
-def _class_channel(network: Network, sensor: ClassSensor) -> Channel:
+def _class_channel(network: Network, bank: Bank, sensor: ClassSensor) -> Channel:
     classes = network.classes(sensor.variable)
     rows = network.hypotheses.category if sensor.variable == CATEGORY else network.hypotheses.material
+    rows = rows if bank.origin is None else rows[bank.origin]
     columns = sensor.matrix
     if len(classes) > columns.shape[1]:
         columns = np.column_stack([columns, columns.mean(axis=1)])
@@ -97,16 +98,26 @@ def _gaussian_channel(found: Predictive, component: np.ndarray, sensor: Sensor, 
     return Channel(z, weights, columns, component, _HALF_LN_2PIE + np.log(total), flat)
 
 
-def _relative_parts(found: Predictive, sensor: Sensor) -> tuple[np.ndarray, ...]:
-    """Return a property read with proportional noise as sums of Gaussians: weights, means, sds, noise."""
+@dataclass(frozen=True, eq=False)
+class _Parts:
+    """Densities as sums of Gaussians: shares (J,), means, sds and noise sds (U, J)."""
+
+    shares: np.ndarray
+    means: np.ndarray
+    sds: np.ndarray
+    noise: np.ndarray
+
+
+def _relative_parts(found: Predictive, sensor: Sensor) -> _Parts:
+    """Return a property read with proportional noise."""
     sd = np.sqrt(found.variance)[:, None]
     centre = found.mean[:, None] + sd * math.sqrt(0.75) * _SPLIT
     noise = np.hypot(sensor.sd, sensor.relative_sd * centre)
-    return np.broadcast_to(_split_weights(), centre.shape), centre, np.hypot(0.5 * sd, noise), noise
+    return _Parts(_split_weights(), centre, np.hypot(0.5 * sd, noise), noise)
 
 
-def _product_parts(network: Network, bank: Bank, sensor: Sensor) -> tuple[np.ndarray, ...]:
-    """Return a product of two properties as sums of Gaussians: weights, means, sds, noise."""
+def _product_parts(network: Network, bank: Bank, sensor: Sensor) -> _Parts:
+    """Return the reading of a product of two properties."""
     index = linear_first(network, direction(network, sensor.property)[0])
     mean, block = bank.mean[:, index], bank.covariance[:, index[:, None], index]
     v_b = block[:, 1, 1]
@@ -121,7 +132,7 @@ def _product_parts(network: Network, bank: Bank, sensor: Sensor) -> tuple[np.nda
     centre = g * a
     own = g**2 * inner + (tangent * a + g * slope) ** 2 * rest
     noise = np.hypot(sensor.sd, sensor.relative_sd * centre)
-    return np.broadcast_to(_split_weights(), centre.shape), centre, np.sqrt(own + noise**2), noise
+    return _Parts(_split_weights(), centre, np.sqrt(own + noise**2), noise)
 
 
 def _split_weights() -> np.ndarray:
@@ -129,22 +140,12 @@ def _split_weights() -> np.ndarray:
     return np.asarray(weights / weights.sum())
 
 
-def _summed_channel(
-    parts: np.ndarray,
-    means: np.ndarray,
-    sds: np.ndarray,
-    noise: np.ndarray,
-    found: Predictive,
-    component: np.ndarray,
-    sensor: Sensor,
-    per_sd: float,
-) -> Channel:
-    del found, sensor
-    z, weights = mixture_nodes(means.ravel(), sds.ravel(), per_sd)
-    columns = np.empty((len(z), len(means)))
-    for u in range(len(means)):
-        columns[:, u] = _normal(z[:, None], means[u], sds[u]) @ parts[u]
-    remaining = _HALF_LN_2PIE + np.sum(parts * np.log(np.maximum(noise, 1e-300)), axis=1)
+def _summed_channel(parts: _Parts, component: np.ndarray, per_sd: float) -> Channel:
+    z, weights = mixture_nodes(parts.means.ravel(), parts.sds.ravel(), per_sd)
+    columns = np.empty((len(z), len(parts.means)))
+    for u in range(len(parts.means)):
+        columns[:, u] = _normal(z[:, None], parts.means[u], parts.sds[u]) @ parts.shares
+    remaining = _HALF_LN_2PIE + np.log(np.maximum(parts.noise, 1e-300)) @ parts.shares
     return Channel(z, weights, columns, component, _column_entropy(columns, weights), remaining)
 
 
@@ -155,20 +156,16 @@ def _log_channel(found: Predictive, component: np.ndarray, sensor: Sensor, per_s
     noise = np.hypot(np.maximum(sensor.sd, 1e-9 * centre), sensor.relative_sd * centre)
     knee = float(np.min(noise))
     width = np.sqrt(centre**2 * found.variance + noise**2) / np.sqrt(centre**2 + knee**2)
-    ends = np.concatenate([np.exp(mean - 8.5 * sd) - 7 * knee, np.exp(mean + 8.5 * sd) + 7 * noise])
-    y, step = mixture_nodes(np.arcsinh(centre / knee), np.minimum(width, 1.0), 1.25 * per_sd)
-    inside = (y >= np.arcsinh(ends.min() / knee)) & (y <= np.arcsinh(ends.max() / knee))
-    y, step = y[inside], step[inside]
+    edges = np.stack([mean - 6.5 * sd, mean + 6.5 * sd])
+    reach = 6.5 * np.hypot(sensor.sd, sensor.relative_sd * np.exp(edges))
+    ends = np.arcsinh(np.array([np.min(np.exp(edges) - reach), np.max(np.exp(edges) + reach)]) / knee)
+    y, step = mixture_nodes(np.arcsinh(centre / knee), np.minimum(width, 1.0), per_sd, ends=ends)
     z, weights = knee * np.sinh(y), step * knee * np.cosh(y)
-    low = np.exp(mean - 8.5 * sd) - 8.5 * noise
-    high = np.exp(mean + 8.5 * sd) * (1 + 8.5 * sensor.relative_sd) + 8.5 * sensor.sd
-    rows, cols = np.nonzero((z[:, None] >= low) & (z[:, None] <= high))
-    columns = np.zeros((len(z), len(mean)))
-    columns[rows, cols] = exponential_density(
-        mean[cols], found.variance[cols], z[rows], sensor.sd, sensor.relative_sd
+    columns = log_columns(
+        mean, found.variance, z, max(sensor.sd, 1e-9 * float(centre.min())), sensor.relative_sd
     )
     columns /= weights @ columns
-    nodes = mean[:, None] + sd[:, None] * math.sqrt(1.0) * _SPLIT
+    nodes = mean[:, None] + sd[:, None] * _SPLIT
     log_noise = np.log(np.hypot(max(sensor.sd, 1e-300), sensor.relative_sd * np.exp(nodes)))
     remaining = _HALF_LN_2PIE + log_noise @ _split_weights()
     return Channel(z, weights, columns, component, _column_entropy(columns, weights), remaining)
@@ -179,5 +176,11 @@ def _column_entropy(columns: np.ndarray, weights: np.ndarray) -> np.ndarray:
 
 
 def _normal(z: np.ndarray, mean: np.ndarray, sd: np.ndarray) -> np.ndarray:
-    scaled = (z - mean) / sd
-    return np.asarray(np.exp(-0.5 * scaled * scaled) / (sd * math.sqrt(2 * math.pi)))
+    inverse = math.sqrt(0.5) / sd
+    scaled = z * inverse
+    scaled -= mean * inverse
+    scaled *= scaled
+    np.negative(scaled, out=scaled)
+    np.exp(scaled, out=scaled)
+    scaled *= inverse / math.sqrt(math.pi)
+    return scaled

@@ -100,9 +100,8 @@ class Exploration:
         stopped_because: why it ended; empty while it goes on.
 
     Raises:
-        InvalidInput: if the reference does not know anything that an action could tell, or the gripper does
-            not open wide enough for the object.
-        MotionRefused: if the object is out of reach.
+        InvalidInput: if the reference does not know anything that an action could tell, the gripper does not
+            open wide enough for the object, or it stands out of reach.
     """
 
     def __init__(

@@ -9,15 +9,16 @@ from dataclasses import dataclass, replace
 from dynamics.errors import InvalidInput, UnknownName
 from estimation.belief import Belief
 from estimation.measurement import Measurement
-from estimation.network import MATERIAL
+from estimation.network import BOTH, MATERIAL
 from estimation.sensor import ClassSensor, Sensor
-from selection.information import BOTH, AnySensor, information_gain
+from selection.information import AnySensor, information_gain
 
 NEAR_TIE = 1e-9
 
 CONFIDENT = "confident"
 NOTHING_WORTH = "nothing worth its price"
 OUT_OF_BUDGET = "budget spent"
+FAILED = "failed before"
 ALL_FAILED = "all actions failed"
 EXHAUSTED = "all actions used up"
 
@@ -100,9 +101,7 @@ class PlanState:
 
     def failing(self, action: ActionModel, seconds: float = 0.0) -> PlanState:
         """Return the state after an action that failed for good."""
-        return replace(
-            self, failed=self.failed | {action.name}, spent_seconds=self.spent_seconds + seconds
-        )
+        return replace(self, failed=self.failed | {action.name}, spent_seconds=self.spent_seconds + seconds)
 
 
 @dataclass(frozen=True)
@@ -238,15 +237,11 @@ def price_seconds(action: ActionModel, state: PlanState) -> float:
 
 def best_of(scores: Sequence[ActionScore]) -> ActionScore | None:
     """Return the feasible score of highest value, near-ties to the cheaper, then to the first."""
-    best: ActionScore | None = None
-    for score in scores:
-        if not score.feasible:
-            continue
-        if best is None or score.value > best.value + NEAR_TIE:
-            best = score
-        elif score.value > best.value - NEAR_TIE and score.seconds < best.seconds:
-            best = score
-    return best
+    feasible = [score for score in scores if score.feasible]
+    if not feasible:
+        return None
+    top = max(score.value for score in feasible)
+    return min((score for score in feasible if score.value >= top - NEAR_TIE), key=lambda score: score.seconds)
 
 
 def confidence(belief: Belief, target: str) -> float:
@@ -260,30 +255,31 @@ def _score(
     belief: Belief, action: ActionModel, target: str, price: float, state: PlanState, rules: StopRules
 ) -> ActionScore:
     seconds = price_seconds(action, state)
-    reason = _why_not(action, state, seconds, rules)
-    bits = 0.0 if reason == ALL_FAILED else information_gain(belief, action.sensors, target)
+    reason = why_not(action, state, rules)
+    bits = 0.0 if reason == FAILED else information_gain(belief, action.sensors, target)
     return ActionScore(action.name, bits, seconds, bits - price * seconds, not reason, reason)
 
 
-def _why_not(action: ActionModel, state: PlanState, seconds: float, rules: StopRules) -> str:
+def why_not(action: ActionModel, state: PlanState, rules: StopRules) -> str:
+    """Return why an action may not be chosen now, or an empty text."""
     if action.name in state.failed:
-        return ALL_FAILED
+        return FAILED
     if action.repeat_cap is not None and state.done.count(action.name) >= action.repeat_cap:
         return EXHAUSTED
-    if state.spent_seconds + seconds > rules.budget_seconds:
+    if state.spent_seconds + price_seconds(action, state) > rules.budget_seconds:
         return OUT_OF_BUDGET
     return ""
 
 
-def _reason_to_stop(
-    belief: Belief, scores: Sequence[ActionScore], target: str, rules: StopRules
-) -> str | None:
+def _reason_to_stop(belief: Belief, scores: Sequence[ActionScore], target: str, rules: StopRules) -> str | None:
     if confidence(belief, target) >= rules.confidence:
         return CONFIDENT
     if any(score.feasible for score in scores):
         return None
     reasons = {score.reason for score in scores}
-    return next((reason for reason in (OUT_OF_BUDGET, EXHAUSTED, ALL_FAILED) if reason in reasons), EXHAUSTED)
+    if OUT_OF_BUDGET in reasons:
+        return OUT_OF_BUDGET
+    return ALL_FAILED if reasons == {FAILED} else EXHAUSTED
 
 
 __all__ = [

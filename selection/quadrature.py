@@ -11,7 +11,11 @@ _X8, _W8 = np.polynomial.legendre.leggauss(8)
 
 
 def mixture_nodes(
-    means: np.ndarray, sds: np.ndarray, per_sd: float = 4.0, reach: float = REACH
+    means: np.ndarray,
+    sds: np.ndarray,
+    per_sd: float = 4.0,
+    reach: float = REACH,
+    ends: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return nodes and weights that integrate a mixture's density and its entropy.
 
@@ -24,23 +28,27 @@ def mixture_nodes(
         sds: their widths, shape (U,), > 0.
         per_sd: steps per smallest width.
         reach: widths covered on both sides.
+        ends: lowest and highest node instead, where the components are not Gaussian.
 
     Returns:
         Nodes and weights, each (N,).
     """
     low, high = float(np.min(means - reach * sds)), float(np.max(means + reach * sds))
+    if ends is not None:
+        low, high = float(ends[0]), float(ends[1])
     step = float(np.min(sds)) / per_sd
     count = (high - low) / step
     if count <= MOST_NODES:
         number = int(np.ceil(count)) + 1
         nodes = np.linspace(low, high, number)
         return nodes, np.full(number, (high - low) / (number - 1))
-    return _panels(means, sds)
+    return _panels(means, sds, low, high)
 
 
-def _panels(means: np.ndarray, sds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    points = (means[:, None] + sds[:, None] * _BREAKS).ravel()
-    owners = np.repeat(sds, len(_BREAKS))
+def _panels(means: np.ndarray, sds: np.ndarray, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
+    points = np.clip((means[:, None] + sds[:, None] * _BREAKS).ravel(), low, high)
+    points = np.concatenate([points, [low, high]])
+    owners = np.concatenate([np.repeat(sds, len(_BREAKS)), [0.0, 0.0]])
     order = np.argsort(points, kind="stable")
     points, owners = points[order], owners[order]
     kept = [0]

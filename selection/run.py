@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 if TYPE_CHECKING:
+    from dynamics.robot import Robot
     from estimation.network import Network
     from selection.display import Lines, LiveTable, Silent
     from selection.exploration import Exploration
@@ -59,7 +60,9 @@ def _parser() -> argparse.ArgumentParser:
         metavar="uniform|NAME=P,...",
         help="probabilities of materials beforehand; what is not named shares the rest",
     )
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of everything random in the simulation")
+    parser.add_argument(
+        "--seed", type=_seed, default=0, metavar="N", help="of everything random in the simulation"
+    )
     parser.add_argument("--out", type=Path, metavar="DIR", help="run directory (default: runs/<time>-<object>)")
     parser.add_argument(
         "--noise", default="default", metavar="default|none|FILE", help="errors of the simulated sensors"
@@ -67,7 +70,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--confidence",
         type=_probability,
-        default=0.95,
+        default=0.99,
         metavar="P",
         help="stop when a material is as probable as this",
     )
@@ -75,7 +78,7 @@ def _parser() -> argparse.ArgumentParser:
         "--budget", type=_seconds, default=math.inf, metavar="SECONDS", help="robot time to spend at most"
     )
     parser.add_argument(
-        "--price", type=_seconds, default=0.01, metavar="BITS", help="what a second of robot time is worth"
+        "--price", type=_seconds, default=0.005, metavar="BITS", help="what a second of robot time is worth"
     )
     parser.add_argument("--robot", default="sim", metavar="sim|kortex", help="which robot explores")
     parser.add_argument("--resume", type=Path, metavar="DIR", help="go on with an interrupted run")
@@ -116,7 +119,7 @@ def _explore(given: argparse.Namespace) -> int:
         directory = given.resume or given.out or Path("runs") / f"{time.strftime('%Y%m%d-%H%M%S')}-{declared.name}"
         names = opened.robot.arm.joint_names
         if past is None:
-            run = RunWriter.create(directory, _config(given, object_file), declared.name, names)
+            run = RunWriter.create(directory, _config(given, object_file, opened.robot), declared.name, names)
         else:
             run = RunWriter.resume(directory, names)
         with run:
@@ -183,8 +186,9 @@ def _object_file(name: str) -> Path:
         raise UnknownName("--object", name, (*objects.names(), "or the path of a TOML file")) from None
 
 
-def _config(given: argparse.Namespace, object_file: Path) -> dict[str, Any]:
+def _config(given: argparse.Namespace, object_file: Path, robot: Robot) -> dict[str, Any]:
     """Return the resolved configuration, enough to repeat or to resume the run."""
+    from estimation.reestimation.description import describe
     from models.robot import gen3_mjcf
     from selection.result import versions
 
@@ -200,6 +204,7 @@ def _config(given: argparse.Namespace, object_file: Path) -> dict[str, Any]:
         "price_bits_per_s": given.price,
         "robot": given.robot,
         "model_sha256": hashlib.sha256(gen3_mjcf().encode()).hexdigest(),
+        **describe(robot.arm, robot.gripper),
         "versions": versions(),
     }
 
@@ -266,6 +271,12 @@ def _probability(text: str) -> float:
     if not 0 < value <= 1:
         raise argparse.ArgumentTypeError(f"{text!r} is not a probability in (0, 1]")
     return value
+
+
+def _seed(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or len(text) > 18:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a seed: a whole number from 0 to 10^18")
+    return int(text)
 
 
 def _seconds(text: str) -> float:

@@ -169,6 +169,16 @@ class MujocoRobot:
         """Forget the listeners."""
         self._sinks.clear()
 
+    def picture(self, camera: str = "overview", width: int = 1080, height: int = 720) -> NDArray[np.uint8]:
+        """Return what a camera of the scene sees, (height, width, 3).
+
+        Needs OpenGL: set MUJOCO_GL to ``egl`` or ``osmesa`` before the first import where there is no display.
+        """
+        with mujoco.Renderer(self._model, height, width) as renderer:
+            renderer.update_scene(self._data, camera=camera)
+            pixels: NDArray[np.uint8] = renderer.render()
+            return pixels.copy()
+
     def _run(
         self,
         command: Callable[[float], bool],
@@ -221,10 +231,8 @@ class MujocoRobot:
 
     def _opening(self) -> float:
         """Return the true distance of the pads [m]."""
-        return sum(
-            self._gripper.crank_offset + self._gripper.crank_length * math.sin(self._open_angle - angle)
-            for angle in self._data.qpos[self._cranks]
-        )
+        angles = self._open_angle - self._data.qpos[self._cranks]
+        return sum(self._gripper.opening(float(angle)) / 2 for angle in angles)
 
     def _current(self) -> float:
         """Return the current that the closing gripper draws for its force [A]."""
@@ -233,10 +241,9 @@ class MujocoRobot:
         change = speed - self._crank_speed_before
         drive = data.actuator_force[self._arm.nv] - GRIPPER_STIFFNESS * TIMESTEP * speed - GRIPPER_DAMPING * change
         drive -= self._finger_inertia * change / TIMESTEP
-        lever = gripper.crank_length * math.cos(gripper.crank_angle(self._opening()))
-        force = drive / 2 / lever
+        force = gripper.pad_force(float(drive), self._opening())
         friction = self._sensors.model.grip_friction
-        return max(float(force) - friction, 0.0) / gripper.force_per_ampere
+        return max(force - friction, 0.0) / gripper.force_per_ampere
 
 
 def _described(noise: SensorModel, fidelity: Fidelity) -> ParallelGripper:

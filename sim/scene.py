@@ -209,7 +209,7 @@ def _add_looks(root: ET.Element) -> None:
     )
     world = _child(root, "worldbody")
     ET.SubElement(world, "light", pos="0.3 -1 2", dir="0.1 0.5 -1", diffuse="0.5 0.5 0.5")
-    ET.SubElement(world, "camera", name="overview", pos="1.35 -1.0 0.75", xyaxes="0.6 0.8 0 -0.3 0.22 0.93")
+    ET.SubElement(world, "camera", name="overview", pos="1.15 -0.95 0.62", xyaxes="0.72 0.69 0 -0.13 0.14 0.98")
     ET.SubElement(world, "camera", name="close", pos="0.85 -0.35 0.2", xyaxes="0.7 0.71 0 -0.17 0.17 0.97")
 
 

@@ -17,26 +17,58 @@ from dynamics.errors import InvalidInput
 RECORD_LIMIT = 64 * 2**20  # bytes; nothing that a run writes is larger
 
 _MAGIC = b"\x89MCAP0\r\n"
+_CHUNK, _DATA_END = 0x06, 0x0F
 
 
 def read_chunks(path: Path) -> Iterator[bytes]:
     """Yield the uncompressed chunks of an MCAP file in order, as far as they are whole and sound.
 
-    Returns when the data end; raises ValueError, with what was wrong, when the file is cut off or damaged.
+    Returns when the data end.
+
+    Raises:
+        InvalidInput: if it is no MCAP file.
+        ValueError: with what was wrong, where the file is cut off or damaged.
     """
+    for opcode, body in _outer_records(path):
+        if opcode == _CHUNK:
+            yield _unpack_chunk(body)
+
+
+def read_records(path: Path) -> Iterator[tuple[int, bytes]]:
+    """Yield opcode and content of every record of an MCAP file, those within chunks included.
+
+    Raises:
+        InvalidInput, ValueError: as :func:`read_chunks`.
+    """
+    for opcode, body in _outer_records(path):
+        if opcode != _CHUNK:
+            yield opcode, body
+            continue
+        chunk = _unpack_chunk(body)
+        at = 0
+        while at < len(chunk):
+            if at + 9 > len(chunk):
+                raise ValueError("a record runs past its chunk")
+            end = at + 9 + int.from_bytes(chunk[at + 1 : at + 9], "little")
+            if end > len(chunk):
+                raise ValueError("a record runs past its chunk")
+            yield chunk[at], chunk[at + 9 : end]
+            at = end
+
+
+def _outer_records(path: Path) -> Iterator[tuple[int, bytes]]:
     with open(path, "rb") as file:
         if file.read(8) != _MAGIC:
             raise InvalidInput(f"{path}", "another kind of file", "an MCAP file")
         while True:
             opcode, body = _record(file)
-            if opcode == 0x0F:  # data end: what follows is the index
+            if opcode == _DATA_END:  # what follows is the index
                 return
-            if opcode == 0x06:
-                yield _unpack_chunk(body)
+            yield opcode, body
 
 
 def _record(file: BinaryIO) -> tuple[int, bytes]:
-    """Return the next record of a file: its opcode and content; only chunks are read."""
+    """Return the next record of a file: its opcode and content."""
     head = file.read(9)
     if len(head) < 9:
         raise ValueError("the file ends without its index")
@@ -65,10 +97,22 @@ def _unpack_chunk(body: bytes) -> bytes:
             data: bytes = zstandard.ZstdDecompressor().decompress(packed, max_output_size=size)
         except zstandard.ZstdError as error:
             raise ValueError(f"a damaged chunk: {error}") from None
+    elif compression == b"lz4":
+        data = _unpack_lz4(packed, size)
     elif compression == b"":
         data = packed
     else:
-        raise ValueError(f"compression {compression!r}, which Palpate does not write")
+        raise ValueError(f"an unknown compression {compression!r}")
     if len(data) != size or (crc and zlib.crc32(data) != crc):
         raise ValueError("a chunk whose checksum is wrong")
+    return data
+
+
+def _unpack_lz4(packed: bytes, size: int) -> bytes:
+    import lz4.frame
+
+    try:
+        data: bytes = lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size)
+    except RuntimeError as error:
+        raise ValueError(f"a damaged chunk: {error}") from None
     return data

@@ -92,19 +92,34 @@ class Mark:
 
 @dataclass(frozen=True)
 class Entry:
-    """Something that was decided or believed at a time [s]."""
+    """Something that was decided or believed.
+
+    Attributes:
+        time: of the robot's clock [s].
+        data: what.
+        row: how many samples came before it.
+    """
 
     time: float
     data: Mapping[str, Any]
+    row: int = 0
 
 
 @dataclass(frozen=True)
 class Recorded:
-    """A measurement as it was taken: when [s], by which action, and its value."""
+    """A measurement as it was taken.
+
+    Attributes:
+        time: of the robot's clock [s].
+        action: which measured it.
+        measurement: its value.
+        row: how many samples came before it.
+    """
 
     time: float
     action: str
     measurement: Measurement
+    row: int = 0
 
 
 @dataclass(frozen=True)
@@ -132,6 +147,7 @@ class Recording:
         measurements: in order of time.
         config: the resolved configuration of the run.
         object_name: what was explored, where it is known.
+        started: when the run began, in universal time, where it is known.
         joint_names: in the order of the columns; empty when unknown.
         complete: whether the recording was closed properly.
         rejections: rows that could not be used.
@@ -146,6 +162,7 @@ class Recording:
     beliefs: tuple[Entry, ...] = ()
     config: Mapping[str, Any] = field(default_factory=dict)
     object_name: str = ""
+    started: str = ""
     joint_names: tuple[str, ...] = ()
     complete: bool = True
     rejections: Rejections = Rejections()

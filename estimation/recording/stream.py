@@ -23,6 +23,7 @@ from estimation.recording.files import CannotRecord
 
 JOINTS, GRIPPER = "/joint_states", "/gripper"
 RUN, PHASE, DECISION, MEASUREMENT, BELIEF = "/run", "/phase", "/decision", "/measurement", "/belief"
+LIBRARY = "palpate"  # what the header of the file calls its writer
 GRIPPER_NAME = "opening_m_and_current_A"
 
 FLUSH_PERIOD = 0.2  # s, of the wall or of the robot's clock, whichever comes first
@@ -218,7 +219,7 @@ def _writer(file: BinaryIO) -> Any:
     from mcap.writer import CompressionType, Writer
 
     writer = Writer(file, compression=CompressionType.ZSTD)
-    writer.start(profile="", library="palpate")
+    writer.start(profile="", library=LIBRARY)
     return writer
 
 

@@ -41,8 +41,7 @@ class Hand:
         tape: gathers what is read.
 
     Raises:
-        InvalidInput: if the object is larger than the gripper opens, both ways.
-        MotionRefused: if it stands out of reach.
+        InvalidInput: if the object is larger than the gripper opens, both ways, or stands out of reach.
     """
 
     def __init__(self, robot: Robot, declared: DeclaredObject, tape: Tape) -> None:
@@ -77,14 +76,16 @@ class Hand:
         """Move the tool straight to a pose."""
         self._run(straight_line(self.robot.arm, self._q, pose), speed)
 
-    def plan_through(self, poses: Sequence[Array]) -> tuple[Array, ...]:
+    def plan_through(self, poses: Sequence[Array], count: int) -> tuple[Array, ...]:
         """Return joint positions for tool poses, visited one after the other from the gate, laden or not.
 
-        Poses out of reach or in the way are left out.
+        Poses out of reach or in the way are left out; the first so many that are not make the tour.
         """
         positions: list[Array] = []
         near = self._gate
         for pose in poses:
+            if len(positions) == count:
+                break
             try:
                 q = solve_pose(self.robot.arm, pose, near)
                 self._laden.check(straight_joints(near, q))
@@ -203,8 +204,11 @@ class Hand:
             if best is None or cost < best[0]:
                 best = (cost, grasp, gate)
         if best is None:
-            assert problem is not None
-            raise problem
+            raise InvalidInput(
+                f"{self.declared.source}: position_m",
+                list(self.declared.position),
+                f"a place that the arm can reach and grasp at ({problem})",
+            )
         return best[1], best[2]
 
     def _run(self, path: Array, speed: float) -> None:
@@ -237,7 +241,7 @@ def _graspable_edge(robot: Robot, declared: DeclaredObject) -> tuple[int, tuple[
     fitting = [edge for edge in (1, 0) if declared.size[edge] + 2 * declared.size_sd <= limit]
     if not fitting:
         raise InvalidInput(
-            f"{declared.name}: size_m",
+            f"{declared.source}: size_m",
             list(declared.size),
             f"a width or depth of at most {limit - 2 * declared.size_sd:.4f} m: the gripper opens "
             f"{robot.gripper.max_opening} m",

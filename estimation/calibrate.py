@@ -1,0 +1,121 @@
+"""Calibrate an arm's drives from recorded runs: ``python -m estimation.calibrate --help``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from dynamics.arm import Arm
+    from estimation.drives import Drives
+    from estimation.motion_rows import MotionRows
+
+EPILOG = """\
+Without --reference or --gain, motor currents tell the links only in amperes: the gains then rest on the
+masses of the robot's description, and their stated sd is large.
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Calibrate drive gains, friction and links from runs without a payload."""
+    given = _parser().parse_args(arguments)
+    from dynamics.errors import PalpateError
+
+    try:
+        _run(given)
+    except PalpateError as error:
+        sys.stderr.write(f"calibrate: {error}\n")
+        return 2
+    return 0
+
+
+def _run(given: argparse.Namespace) -> None:
+    import logging
+
+    from estimation.drives_fit import calibrate_drives
+    from estimation.motion_rows import motion_rows
+    from estimation.payload_motion import estimate_payload_motion
+    from estimation.readers.csv import ColumnMap, read_csv
+
+    logging.basicConfig(level=logging.WARNING, format="calibrate: %(message)s")
+    arm, columns = load_arm(given.robot, given.tool), ColumnMap.from_file(given.columns)
+    rows: dict[str, MotionRows] = {}
+    for path in (*given.unloaded, *given.reference, *given.check):
+        if path not in rows:
+            rows[path] = motion_rows(arm, read_csv(path, columns))
+    drives = calibrate_drives(
+        arm,
+        [rows[path] for path in given.unloaded],
+        [rows[path] for path in given.reference],
+        given.mass,
+        None if given.gain is None else [float(value) for value in given.gain.split(",")],
+    )
+    sys.stdout.write(_table(arm, drives))
+    for path in given.check:
+        payload = estimate_payload_motion(rows[path], drives)
+        low, high = payload.mass_interval
+        sys.stdout.write(
+            f"{Path(path).name}: {payload.mass:.3f} kg, 95 % [{low:.3f}, {high:.3f}]; {payload.verdict}\n"
+        )
+    if given.output is not None:
+        drives.save(given.output)
+        sys.stdout.write(f"written to {given.output}\n")
+
+
+def load_arm(robot: str, tool: str | None) -> Arm:
+    """Return an arm by name, or of a URDF or MJCF file with a tool frame.
+
+    Raises:
+        InvalidInput: if a file comes without a tool frame, or there is no such robot.
+    """
+    from dynamics.arm import Arm
+    from dynamics.errors import InvalidInput
+
+    if Path(robot).suffix not in (".urdf", ".xml", ".mjcf"):
+        return Arm.named(robot)
+    if tool is None:
+        raise InvalidInput("--tool", None, "the name of the frame in which the payload is described")
+    return Arm.from_urdf(robot, tool) if Path(robot).suffix == ".urdf" else Arm.from_mjcf(robot, tool)
+
+
+def _table(arm: Arm, drives: Drives) -> str:
+    unit = "" if drives.effort_kind == "torque" else "N m/A"
+    lines = [
+        f"{'joint':24s} {'gain ' + unit:>16s} {'sd':>7s} {'Coulomb N m':>12s} {'viscous':>9s} {'noise N m':>10s}"
+    ]
+    columns = (
+        drives.gain,
+        drives.gain_sd,
+        drives.friction("coulomb"),
+        drives.friction("viscous"),
+        drives.noise_sd,
+    )
+    for name, gain, sd, coulomb, viscous, noise in zip(arm.joint_names, *columns, strict=True):
+        lines.append(f"{name:24s} {gain:16.3f} {sd:7.3f} {coulomb:12.3f} {viscous:9.3f} {noise:10.3f}")
+    return "\n".join(lines) + "\n"
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m estimation.calibrate",
+        description=main.__doc__,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--robot", required=True, help="a name such as gen3 or ur10, or a URDF or MJCF file")
+    parser.add_argument("--tool", help="tool frame, for a file")
+    parser.add_argument("--columns", required=True, metavar="TOML", help="which column of the logs is what")
+    parser.add_argument("--unloaded", required=True, nargs="+", metavar="CSV", help="runs without a payload")
+    parser.add_argument("--reference", nargs="+", default=[], metavar="CSV", help="runs with a known payload")
+    parser.add_argument("--mass", type=float, help="mass of that payload [kg]")
+    parser.add_argument("--gain", metavar="K1,K2,...", help="known drive gains [N m/A], nan where unknown")
+    parser.add_argument("--check", nargs="+", default=[], metavar="CSV", help="runs whose payload to estimate")
+    parser.add_argument("--output", metavar="JSON", help="where to write the calibration")
+    return parser
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,37 @@
+"""From everything measured of an object to a belief."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from estimation.belief import Belief
+from estimation.measurement import Measurement
+from estimation.size import SizeEstimate
+
+
+def conclude(blank: Belief, size: SizeEstimate, measurements: Iterable[Measurement]) -> Belief:
+    """Condition a belief on an object's size and on measurements; quantities that are unknown to it are left out.
+
+    Args:
+        blank: before anything was measured.
+        size: what is known of the size.
+        measurements: of other quantities than edges of the object.
+    """
+    quantities = blank.network.quantities
+    volume = size.volume()
+    belief = blank.update(volume) if "volume" in quantities else blank
+    for one in measurements:
+        measurement = one
+        if one.property == "mass" and "mass" not in quantities:
+            measurement = density_of(one, volume)
+        if measurement.property in quantities:
+            belief = belief.update(measurement)
+    return belief
+
+
+def density_of(mass: Measurement, volume: Measurement) -> Measurement:
+    """Return the density of a mass in a volume, rho = m / V with independent errors [kg/m^3]."""
+    density = mass.mean / volume.mean
+    relative = math.hypot(mass.sd / max(abs(mass.mean), 1e-12), volume.sd / volume.mean)
+    return Measurement("density", density, abs(density) * relative, "kg/m^3")

@@ -1,0 +1,147 @@
+"""The actions of a recording: which phases belong together, by its marks or by what the robot did."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.errors import InvalidInput
+from estimation.recording import Mark, Recorded, Recording, Samples
+
+Array = NDArray[np.float64]
+
+STILL = 0.02  # rad/s below which a joint stands
+CREEP = 0.02  # rad that a joint may wander during a hold
+LEAST_HOLD = 0.5  # s
+SETTLING = 0.3  # s left out at the start of a hold, while the arm swings
+GRIPPED = 0.002  # m by which pads close before an object is thought to be held
+
+
+@dataclass(frozen=True)
+class Episode:
+    """One action as it happened.
+
+    Attributes:
+        action: its name.
+        marks: its phases, in order.
+        recorded: what was measured by it at the time.
+    """
+
+    action: str
+    marks: tuple[Mark, ...]
+    recorded: tuple[Recorded, ...] = ()
+
+
+def episodes_of(recording: Recording) -> tuple[Episode, ...]:
+    """Return the actions of a recording that is marked: one between two decisions."""
+    rows = [entry.row for entry in recording.decisions]
+    grouped: dict[tuple[int, str], list[Mark]] = {}
+    for mark in recording.marks:
+        grouped.setdefault((int(np.searchsorted(rows, mark.start, side="right")), mark.action), []).append(mark)
+    measured: dict[tuple[int, str], list[Recorded]] = {}
+    for one in recording.measurements:
+        # A measurement comes after its action's samples and before the next decision, perhaps at the same row.
+        turns = [
+            turn for turn, action in grouped if action == one.action and grouped[turn, action][0].start <= one.row
+        ]
+        measured.setdefault((max(turns, default=0), one.action), []).append(one)
+    return tuple(
+        Episode(action, tuple(marks), tuple(measured.get((turn, action), ())))
+        for (turn, action), marks in grouped.items()
+    )
+
+
+def find_weighing(samples: Samples) -> tuple[Mark, ...]:
+    """Find the tares and holds of a recording without marks, by where the arm stands and what the gripper holds.
+
+    A hold is a stretch of at least LEAST_HOLD during which no joint moves. It is a tare when the gripper is as
+    open as before it closed on something, and a hold of the object after that.
+
+    Raises:
+        InvalidInput: if the arm never stands, or the log does not tell when something was held.
+    """
+    stretches = find_holds(samples)
+    if np.isnan(samples.opening).any():
+        raise InvalidInput(
+            "recording without marks", "no opening of the gripper", "a log of the tare; option --tare"
+        )
+    closed = _held(samples.opening)
+    names = ["hold" if np.median(closed[start:stop]) > 0.5 else "tare" for start, stop in stretches]
+    if len(set(names)) < 2:
+        raise InvalidInput(
+            "recording without marks", f"{len(names)} stands, all {names[0]}", "stands with and without the object"
+        )
+    return mark_all("weigh", names, stretches)
+
+
+def find_holds(samples: Samples) -> list[tuple[int, int]]:
+    """Return the stretches in which the arm stands, as rows from and to.
+
+    Raises:
+        InvalidInput: if there is none.
+    """
+    still = np.all(np.abs(samples.dq) < STILL, axis=1)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
+    found = []
+    for start, stop in zip(edges[::2], edges[1::2], strict=True):
+        begin = int(np.searchsorted(samples.time, samples.time[start] + SETTLING))
+        long = begin < stop and samples.time[stop - 1] - samples.time[begin] >= LEAST_HOLD
+        if long and np.all(np.ptp(samples.q[begin:stop], axis=0) < CREEP):
+            found.append((begin, int(stop)))
+    if not found:
+        raise InvalidInput("recording", "an arm that never stands still", f"holds of at least {LEAST_HOLD} s")
+    return found
+
+
+def find_squeezes(samples: Samples) -> tuple[Mark, ...]:
+    """Find the closing moves of the gripper: through air, and on an object where the current stays up at the end.
+
+    Returns no marks if the gripper never closes on anything, or the log has no current.
+    """
+    if np.isnan(samples.effort).any() or np.isnan(samples.opening).any():
+        return ()
+    closing = np.concatenate([[0.0], np.diff(samples.opening)]) < 0
+    moves = _runs(closing, gap=max(int(0.1 / max(float(np.median(np.diff(samples.time))), 1e-4)), 1))
+    names, stretches = [], []
+    if not moves:
+        return ()
+    start_current = float(np.median(samples.effort[slice(*moves[0])]))
+    noise = float(np.median(np.abs(np.diff(samples.effort)))) + 1e-3
+    for start, stop in moves:
+        if samples.opening[start] - samples.opening[stop - 1] < GRIPPED / 4:
+            continue
+        rise = float(np.median(samples.effort[max(stop - 4, start) : stop])) - start_current
+        names.append("compress" if rise > 5 * noise else "air")
+        stretches.append((start, stop))
+    if "compress" not in names or "air" not in names:
+        return ()
+    return mark_all("squeeze", names, stretches)
+
+
+def mark_all(action: str, names: list[str], stretches: list[tuple[int, int]]) -> tuple[Mark, ...]:
+    """Return marks with indices counted per name."""
+    counts: dict[str, int] = {}
+    marks = []
+    for name, (start, stop) in zip(names, stretches, strict=True):
+        marks.append(Mark(action, name, counts.get(name, 0), start, stop))
+        counts[name] = counts.get(name, 0) + 1
+    return tuple(marks)
+
+
+def _held(opening: Array) -> NDArray[np.bool_]:
+    """Tell for every row whether the pads are closed on something: between fully closed and the open state."""
+    widest = float(np.max(opening))
+    return np.asarray((opening < widest - GRIPPED) & (opening > float(np.min(opening)) * 0.5), bool)
+
+
+def _runs(flags: NDArray[np.bool_], gap: int) -> list[tuple[int, int]]:
+    """Return runs of true flags, short gaps bridged."""
+    rows = np.flatnonzero(flags)
+    if not len(rows):
+        return []
+    breaks = np.flatnonzero(np.diff(rows) > gap)
+    starts = rows[np.concatenate([[0], breaks + 1])]
+    stops = rows[np.concatenate([breaks, [len(rows) - 1]])] + 1
+    return [(max(int(a) - 1, 0), int(b)) for a, b in zip(starts, stops, strict=True)]

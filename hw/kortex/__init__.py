@@ -1,0 +1,1 @@
+"""The Kortex protocol: messages, frames, sessions, and a client of the arm's services."""
