@@ -30,6 +30,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _run(given: argparse.Namespace) -> int:
+    from hw.connect import ask
     from hw.credentials import credentials
     from hw.kortex.errors import CheckFailed
     from hw.kortex_robot import KortexRobot
@@ -49,7 +50,7 @@ def _run(given: argparse.Namespace) -> int:
         dry_run=given.dry_run,
         torque_tolerance=LOOSE if given.tare or given.zero_torques else TOLERANCES,
     )
-    confirm = (lambda question: True) if given.yes else _ask
+    confirm = (lambda question: True) if given.yes else ask
     try:
         with KortexRobot(given.host, credentials(), settings, confirm) as robot:
             report = robot.check()
@@ -121,13 +122,6 @@ def _tare(robot: KortexRobot, path: Path) -> None:
     tare.save(path)
     sys.stdout.write(f"torque offsets [N m]: {', '.join(f'{torque:+.3f}' for torque in tare.offset)}\n")
     sys.stdout.write(f"the torques are those of a {tare.revision} arm; written to {path}\n")
-
-
-def _ask(question: str) -> bool:
-    """Ask a person; nobody there means no."""
-    sys.stdout.write(f"{question} [yes/no] ")
-    sys.stdout.flush()
-    return sys.stdin.readline().strip().lower() in ("y", "yes")
 
 
 def _parser() -> argparse.ArgumentParser:

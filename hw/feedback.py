@@ -28,12 +28,14 @@ class FeedbackStatistics:
     Attributes:
         readings: how many.
         repeats: datagrams that were sent again.
+        late: answers that came after their question had been repeated; the other repeats were losses.
         longest_gap: the longest time between two readings [s].
         seconds: between the first reading and the last [s].
     """
 
     readings: int
     repeats: int
+    late: int
     longest_gap: float
     seconds: float
 
@@ -83,7 +85,9 @@ class FeedbackReader:
     @property
     def statistics(self) -> FeedbackStatistics:
         """How the reading went so far."""
-        return FeedbackStatistics(self._count, self._session.repeats, self._gap, self._last - self._first)
+        return FeedbackStatistics(
+            self._count, self._session.repeats, self._session.late, self._gap, self._last - self._first
+        )
 
     def take(self, wait: float) -> list[Reading]:
         """Return what was read since the last call, waiting for a reading if there is none [s]."""

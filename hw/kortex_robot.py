@@ -22,7 +22,7 @@ import numpy as np
 
 from dynamics.arm import Arm
 from dynamics.errors import InvalidInput, MotionRefused, PalpateError
-from dynamics.gripper import ParallelGripper, robotiq_2f85
+from dynamics.gripper import ParallelGripper
 from dynamics.robot import GripResult, SampleSink
 from dynamics.signals import Sample
 from dynamics.trajectory import Trajectory
@@ -68,7 +68,7 @@ class KortexRobot:
     Nothing moves before the check has passed and the first motion was confirmed. Once the arm cannot be
     trusted any more (feedback lost, fault, limit exceeded), it is told to stop and every further call raises
     the reason; connect anew after looking at it. In a dry run nothing moves and no sample is handed on:
-    trajectories are checked here and by the arm, and `read` says where the arm would stand.
+    trajectories are checked here, the first one by the arm too, and `read` says where the arm would stand.
 
     Args:
         host: name or address of the arm.
@@ -91,7 +91,7 @@ class KortexRobot:
     ) -> None:
         self.settings = settings = settings or KortexSettings()
         self._arms: dict[str, Arm] = {name: Arm.gen3(name, settings.vision) for name in REVISIONS}
-        self._arm, self._gripper = self._arms[settings.revision], robotiq_2f85()
+        self._arm, self._gripper = self._arms[settings.revision], settings.gripper
         self._host, self._confirm = host, confirm
         self._monitor = SafetyMonitor(self._arm, settings.limits)
         self._path_monitor = SafetyMonitor(self._arm, settings.limits)
@@ -202,9 +202,10 @@ class KortexRobot:
         if np.abs(trajectory.q - q).max() <= UNMOVED:
             self.hold(trajectory.duration)
             return
-        points = waypoints(trajectory)
+        points = waypoints(trajectory, self.settings.limits.speed_share * self._arm.velocity_limit)
         command = client.waypoint_list(units.angles_to_arm(points.q).tolist(), points.durations.tolist())
-        _refuse(client.validate(self._tcp, command))
+        if self._planned is None:  # the arm can judge a motion only from where it stands
+            _refuse(client.validate(self._tcp, command))
         if self.settings.dry_run:
             self._planned = replace(self.read(), q=trajectory.q[-1], dq=np.zeros(self._arm.nv))
             return
@@ -212,7 +213,7 @@ class KortexRobot:
             self._events.get_nowait()
         with self._stopping():
             client.execute(self._tcp, command)
-            self._await_end(trajectory.duration)
+            self._await_end(float(points.durations.sum()))
             self._await_rest(trajectory.q[-1])
 
     def hold(self, seconds: float) -> None:

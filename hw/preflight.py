@@ -123,7 +123,7 @@ def examine(
         warnings.append(f"the arm counts with a tool of {tool:.3f} kg, the gripper has {GRIPPER_MASS} kg")
     if payload > 0:
         warnings.append(f"the arm counts with a payload of {payload:.3f} kg: set it to 0 for the empty gripper")
-    if newest.sample.effort > STRANGE_CURRENT:
+    if abs(newest.sample.effort) > STRANGE_CURRENT:
         problems.append(f"the gripper's current reads {newest.sample.effort:g} A: it seems to come in mA")
     if len(q) == arm.nv:
         if not arm.within_limits(q):

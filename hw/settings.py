@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 from dynamics.errors import InvalidInput
+from dynamics.gripper import ParallelGripper, robotiq_2f85
 from hw.kortex.exchange import Timeouts
 from hw.kortex.ports import TCP_PORT, UDP_PORT
 from hw.preflight import TOLERANCES
@@ -22,6 +23,7 @@ class KortexSettings:
 
     Attributes:
         revision, vision: which arm it is.
+        gripper: as its user knows it: calibration of its current, how its pads load an object.
         rate: readings a second [Hz], 100 to 1000.
         tcp_port, udp_port: where the arm listens.
         limits: what must not be exceeded.
@@ -33,6 +35,7 @@ class KortexSettings:
 
     revision: Revision = "V12"
     vision: bool = True
+    gripper: ParallelGripper = field(default_factory=robotiq_2f85)
     rate: float = 200.0
     tcp_port: int = TCP_PORT
     udp_port: int = UDP_PORT

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import select
 import socket
 import time
 
@@ -14,6 +13,8 @@ from hw.kortex.frame import MAX_DATAGRAM, FrameType, decode, encode
 from hw.kortex.methods import A, Method, Q
 from hw.kortex.ports import UDP_PORT
 
+MAX_QUEUED = 1000  # datagrams that are looked at for one answer
+
 
 class UdpSession:
     """A session for methods that may be asked twice; for one thread.
@@ -22,7 +23,7 @@ class UdpSession:
         host, port: where the arm is.
         session: the number the arm gave the session.
         repeats: how many datagrams were sent again.
-        strangers: how many datagrams arrived that were no answer to an open question.
+        late: how many answers came after their question had been answered by a repetition.
     """
 
     def __init__(
@@ -30,12 +31,11 @@ class UdpSession:
     ) -> None:
         self.host, self.port, self.session = host, port, 0
         self.timeouts = timeouts or Timeouts()
-        self.repeats = self.strangers = 0
+        self.repeats = self.late = 0
         self._number = 0
         try:
             self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
             self._socket.connect((host, port))
-            self._socket.setblocking(False)
         except (OSError, UnicodeError, OverflowError) as error:
             raise ConnectionFailed(f"no connection to {host}:{port} (UDP): {error}") from None
         try:
@@ -108,21 +108,24 @@ class UdpSession:
             raise ConnectionLost(f"{self.host}:{self.port} (UDP): {error}") from None
 
     def _await(self, method: Method[Q, A], asked: set[int], end: float) -> A | None:
-        """Return the answer to one of the open questions, None if none comes in time."""
-        while True:
-            left = end - time.monotonic()
-            if left < 0 or not select.select([self._socket], [], [], left)[0]:
-                return None
+        """Return the answer to one of the open questions, None if none comes in time.
+
+        What has arrived already is taken in any case: a busy machine may have let this thread wait.
+        """
+        for _ in range(MAX_QUEUED):
+            self._socket.settimeout(max(end - time.monotonic(), 0.0))
             try:
                 frame = decode(self._socket.recv(MAX_DATAGRAM))
-            except (FrameError, BlockingIOError):
-                self.strangers += 1
+            except (TimeoutError, BlockingIOError):
+                return None
+            except FrameError:
                 continue
             except OSError as error:
                 raise ConnectionLost(f"{self.host}:{self.port} (UDP): {error}") from None
             if frame.type is not FrameType.RESPONSE or frame.message not in asked:
-                self.strangers += 1
+                self.late += frame.type is FrameType.RESPONSE
                 continue
             if frame.session:
                 self.session = frame.session
             return answer(method, frame)
+        return None

@@ -143,7 +143,7 @@ def reading(feedback: pb.Feedback, time: float, gripper: ParallelGripper, near: 
         dq=velocities_from_arm([joint.velocity for joint in joints]),
         tau=torques_from_arm([joint.torque for joint in joints]),
         opening=opening_from_percent(gripper, motors[0].position) if motors else gripper.max_opening,
-        effort=abs(motors[0].current_motor) if motors else 0.0,
+        effort=motors[0].current_motor if motors else 0.0,
     )
     numbers = (*sample.q, *sample.dq, *sample.tau, sample.opening, sample.effort)
     if not all(map(math.isfinite, numbers)):
