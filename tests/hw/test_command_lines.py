@@ -164,11 +164,11 @@ DRIVER = """
     from hw.settings import KortexSettings
     tcp, udp = map(int, sys.argv[1:])
     settings = KortexSettings(tcp_port=tcp, udp_port=udp)
-    with KortexRobot("127.0.0.1", Credentials("admin", "admin"), settings, lambda question: True) as robot:
-        q = robot.read().q
-        robot.listen(lambda sample: print("moving", flush=True) if abs(sample.dq).max() > 0.1 else None)
-        robot.follow(time_path(robot.arm, np.linspace(q, q + 0.5, 50), 0.2))
-        print("done", flush=True)
+    robot = KortexRobot("127.0.0.1", Credentials("admin", "admin"), settings, lambda question: True)
+    q = robot.read().q
+    robot.listen(lambda sample: print("moving", flush=True) if abs(sample.dq).max() > 0.1 else None)
+    robot.follow(time_path(robot.arm, np.linspace(q, q + 0.5, 50), 0.2))
+    print("done", flush=True)
 """
 
 
