@@ -15,23 +15,30 @@ Array = NDArray[np.float64]
 def bandwidth(scores: Array) -> float:
     """Return the lag over which Bartlett's kernel should reach, in samples.
 
-    Andrews' rule with AR(1) models of the scores (Econometrica 59, 1991, eq. 6.2 and 6.4):
-    1.1447 (alpha T)^(1/3).
+    Andrews' rule (Econometrica 59, 1991, eq. 6.2 and 6.4) with a model of each score: 1.1447 (alpha T)^(1/3). The
+    model is AR(1) beneath white noise, which would hide the correlation from a fit to neighbours alone.
 
     Args:
-        scores: (T, p).
+        scores: with mean zero, (T, p).
     """
     count = len(scores)
-    before, after = scores[:-1], scores[1:]
-    power = np.einsum("ti,ti->i", before, before)
-    rho = np.clip(np.einsum("ti,ti->i", before, after) / np.where(power > 0, power, 1.0), -0.97, 0.97)
-    variance = np.mean((after - rho * before) ** 2, axis=0)
+    _, rho = _persistence(scores)
     # unit weights on scores scaled to unit variance: units must not matter
-    share = variance / np.where(power > 0, power / count, 1.0)
-    top = np.sum(4 * rho**2 * share**2 / ((1 - rho) ** 6 * (1 + rho) ** 2))
-    bottom = np.sum(share**2 / (1 - rho) ** 4)
-    alpha = float(top / bottom) if bottom > 0 else 0.0
-    return float(min(1.1447 * (alpha * count) ** (1 / 3), count / 4))
+    innovation = 1 - rho**2
+    top = np.sum(4 * rho**2 * innovation**2 / ((1 - rho) ** 6 * (1 + rho) ** 2))
+    bottom = np.sum(innovation**2 / (1 - rho) ** 4)
+    return float(min(1.1447 * (float(top / bottom) * count) ** (1 / 3), count / 4))
+
+
+def _persistence(series: Array) -> tuple[Array, Array]:
+    """Return correlation at lag 1, and the factor by which it falls from lag to lag, of every column."""
+    count = len(series)
+    power = (series**2).sum(axis=0)
+    safe = np.where(power > 0, power, 1.0)
+    at = np.array([(series[lag:] * series[:-lag]).sum(axis=0) / safe for lag in range(1, 5)])
+    there = at[:3].sum(axis=0) > 3 * 2 / np.sqrt(count)  # three lags, each beyond two sd of chance
+    factor = np.where(there, at[1:].sum(axis=0) / np.where(there, at[:3].sum(axis=0), 1.0), at[0])
+    return np.clip(at[0], 0.0, 1.0), np.clip(factor, 0.0, 0.98)
 
 
 def long_run_covariance(scores: Array, lag: float | None = None) -> Array:
@@ -51,6 +58,16 @@ def long_run_covariance(scores: Array, lag: float | None = None) -> Array:
     return np.asarray(total)
 
 
+def small_sample_widening(scores: Array) -> float:
+    """Return the factor on an sd from :func:`long_run_covariance`, for kernels that span much of the series.
+
+    The 97.5 % quantile of the t ratio under fixed b = L / T over 1.96, for Bartlett's kernel:
+    1.9600 + 2.9694 b + 0.4160 b^2 - 0.5324 b^3 (Kiefer and Vogelsang, Econometric Theory 21, 2005).
+    """
+    b = bandwidth(scores) / len(scores)
+    return (1.96 + 2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3) / 1.96
+
+
 def block_bootstrap_covariance(scores: Array, length: int, draws: int, rng: np.random.Generator) -> Array:
     """Return the covariance of the sum of scores by the moving block bootstrap (Kuensch, Ann. Stat. 17, 1989).
 
@@ -68,6 +85,13 @@ def block_bootstrap_covariance(scores: Array, length: int, draws: int, rng: np.r
     return np.atleast_2d(np.cov(totals, rowvar=False))
 
 
-def effective_count(scores: Array) -> float:
-    """Return how many independent samples the series is worth: T over twice the kernel's reach."""
-    return len(scores) / max(1.0, 2 * bandwidth(scores) * 2 / 3)
+def independent_count(residual: Array) -> float:
+    """Return how many independent numbers correlated residuals are worth: sum_j T / (1 + 2 r_j / (1 - rho_j)).
+
+    r is the correlation at lag 1 and rho the factor by which it falls from there on.
+
+    Args:
+        residual: one series a column, in order of time, (T, n).
+    """
+    first, factor = _persistence(residual)
+    return float(np.sum(len(residual) / (1 + 2 * first / (1 - factor))))

@@ -9,7 +9,7 @@ import numpy as np
 
 from estimation.conditioning import condition_exponential, condition_linear
 from estimation.network import LOG, Network
-from estimation.products import condition_product, product_moments
+from estimation.products import product_moments
 
 Scalar = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -106,46 +106,3 @@ def condition_property(
     if network.property(quantity).scale == LOG:
         rule = condition_exponential
     return rule(mean, variance, z, sd)
-
-
-def condition_relation(
-    network: Network, quantity: str, bank: Bank, z: float, sd: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Condition all coordinates on a reading of a relation.
-
-    The reading informs one or two directions of the coordinates; the others follow by regression, exactly.
-
-    Returns:
-        Log evidence (K,), posterior mean (K, d), posterior covariance (K, d, d).
-    """
-    index, power = direction(network, quantity)
-    covariance = bank.covariance
-    scales = [network.properties[i].scale for i in index]
-    relation = network.relation(quantity)
-    assert relation is not None
-    if relation.kind == "product" and any(scale != LOG for scale in scales):
-        return _condition_two(network, index, bank, z, sd)
-    cross = covariance[:, :, index] @ power
-    mean = bank.mean[:, index] @ power
-    variance = np.maximum(cross[:, index] @ power, np.finfo(float).tiny)
-    rule = condition_linear if relation.kind == "sum" else condition_exponential
-    evidence, new_mean, new_variance = rule(mean, variance, z, sd)
-    gain = cross / variance[:, None]
-    shrink = (variance - new_variance)[:, None, None]
-    return (
-        evidence,
-        bank.mean + gain * (new_mean - mean)[:, None],
-        covariance - shrink * gain[:, :, None] * gain[:, None, :],
-    )
-
-
-def _condition_two(network: Network, index: np.ndarray, bank: Bank, z: float, sd: float) -> Scalar:
-    index = linear_first(network, index)
-    covariance = bank.covariance
-    block = covariance[:, index[:, None], index]
-    log = network.properties[index[1]].scale == LOG
-    evidence, mean, spread = condition_product(bank.mean[:, index], block, log, z, sd)
-    gain = covariance[:, :, index] @ np.linalg.inv(block)
-    shift = np.einsum("kij,kj->ki", gain, mean - bank.mean[:, index])
-    change = gain @ (spread - block) @ gain.transpose(0, 2, 1)
-    return evidence, bank.mean + shift, covariance + change

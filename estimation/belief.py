@@ -13,16 +13,27 @@ import numpy as np
 
 from dynamics.errors import InvalidInput, UnknownName
 from estimation import units
-from estimation.bank import Bank, condition_property, condition_relation, predictive
+from estimation.bank import Bank, condition_property, predictive
 from estimation.conditioning import logsumexp
 from estimation.measurement import Measurement
 from estimation.mixture import Mixture
-from estimation.network import CATEGORY, MATERIAL, UNKNOWN, Network, checked_probabilities
+from estimation.network import (
+    CATEGORY,
+    LOG,
+    MATERIAL,
+    UNKNOWN,
+    Network,
+    Relation,
+    checked_probabilities,
+)
 from estimation.network_file import network_content, parse_network
+from estimation.relations import condition_bank
 from estimation.sensor import ClassSensor
 
 CORRECT, WEAK, DIVERGED, UNDECIDED = "C", "W", "D", "U"
 OUTLIER = 6.0
+SKEWED = 0.05
+"""Relative noise of a direct reading beyond which its log-scale posterior is not taken for a Gaussian."""
 _FORMAT = "palpate-belief/1"
 
 
@@ -65,11 +76,9 @@ class Belief:
         bank = Bank(log_weight, mean, variance)
         for relation in network.relations:
             if relation.name in self._readings:
-                z, sd = self._readings[relation.name]
-                evidence, mean, joint = condition_relation(network, relation.name, bank, z, sd)
-                log_weight = log_weight + evidence
-                diagonal = np.maximum(np.einsum("kii->ki", joint), np.finfo(float).tiny)
-                bank = Bank(log_weight, mean, diagonal, joint)
+                skewed = self._skewed(relation) if bank.joint is None else {}
+                bank = condition_bank(network, relation.name, bank, self._readings[relation.name], skewed)
+        log_weight = bank.log_weight
         return Bank(log_weight - logsumexp(log_weight), bank.mean, bank.variance, bank.joint)
 
     def update(self, measurement: Measurement) -> Belief:
@@ -263,6 +272,17 @@ class Belief:
             InvalidInput: if the file is not a belief.
         """
         return cls.from_json(Path(path).read_text(encoding="utf-8"), str(path))
+
+    def _skewed(self, relation: Relation) -> dict[int, tuple[float, float]]:
+        """Return the coordinates of a relation whose own reading leaves them far from Gaussian, with it."""
+        if relation.kind == "sum":
+            return {}
+        found = {}
+        for name, _ in relation.terms:
+            z, sd = self._readings.get(name, (1.0, 0.0))
+            if self.network.property(name).scale == LOG and sd > SKEWED * abs(z):
+                found[self.network.index(name)] = (z, sd)
+        return found
 
     def _rows(self, variable: str) -> np.ndarray:
         """Return the class index of every hypothesis, shape (K,)."""

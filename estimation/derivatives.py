@@ -13,8 +13,8 @@ from dynamics.errors import InvalidInput
 
 Array = NDArray[np.float64]
 
-TRIAL = 300  # samples on which the jerk is chosen
-JERK_GRID = 10.0 ** np.arange(-2, 6)  # rad^2/s^5, spectral density
+TRIAL = 200  # samples on which the jerk is chosen
+JERK_GRID = 10.0 ** np.arange(-1, 6)  # rad^2/s^5, spectral density
 
 
 def smooth(time: Array, q: Array, dq: Array | None = None) -> tuple[Array, Array, Array]:

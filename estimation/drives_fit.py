@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from dynamics.arm import Arm
 from dynamics.errors import InvalidInput
-from estimation.autocorrelation import long_run_covariance
+from estimation.autocorrelation import independent_count, long_run_covariance, small_sample_widening
 from estimation.drives import Drives
 from estimation.graph import LinearGraph, key
 from estimation.motion_rows import MotionRows
@@ -29,6 +29,9 @@ LINK_LENGTH = 0.3  # m by which a link's mass may lie elsewhere than described
 FRICTION_SD = 100.0  # N m, N m s/rad, kg m^2: harmlessly broad
 KNOWN_MASS_SHARE = 1e-3  # sd of a reference mass, as a share
 PAYLOAD_LENGTH = 1.0  # m from the tool within which a reference payload surely lies
+FIRST_GAIN_SD = 1.0  # sd of the logarithm of a gain about what the description alone makes of it
+TRUSTED = 3.0  # described torque over what it leaves unexplained, from which a joint's first gain counts
+MOST_FITTED = 0.1  # share of the residuals' freedom that is left at least
 OUTLIER_RATE = 0.02
 ROUNDS = 30
 
@@ -39,9 +42,9 @@ class _Run:
     mass: float  # kg; 0 for none
 
     def jacobian(self, state: _State) -> Array:
-        """Return the derivative of the effort by [model, inverse gain, payload (if any)], (T, nv, ...)."""
+        """Return the derivative of the effort by [model, log inverse gain, payload (if any)], (T, nv, ...)."""
         k = state.k[None, :, None]
-        gains = self.torque(state)[:, :, None] * np.eye(len(state.k))
+        gains = (state.k * self.torque(state))[:, :, None] * np.eye(len(state.k))
         parts = [k * self.rows.model, gains] + ([k * self.rows.payload] if self.mass else [])
         return np.concatenate(parts, axis=2)
 
@@ -57,15 +60,19 @@ class _Run:
 @dataclass(frozen=True)
 class _State:
     model: Array
-    k: Array
+    log_k: Array  # inverse gains are positive
     payload: Array  # of the reference runs, which carry the same body
+
+    @property
+    def k(self) -> Array:
+        return np.exp(self.log_k)
 
 
 @dataclass(frozen=True)
 class _Prior:
     mean: _State
     model_sd: Array
-    k_sd: Array
+    log_k_sd: Array
     payload_sd: Array
 
 
@@ -111,15 +118,8 @@ def calibrate_drives(
         good, all_residuals = np.concatenate([b.reading for b in belief]), np.concatenate(residuals)
         sigma = np.sqrt((good * all_residuals**2).sum(axis=0) / good.sum(axis=0)) + 1e-12
         precision = [responsibilities(residual, sigma, OUTLIER_RATE).precision for residual in residuals]
-        if np.all(np.abs(state.k - previous.k) < 1e-6 * np.abs(state.k)):
+        if np.all(np.abs(state.log_k - previous.log_k) < 1e-6):
             break
-    if np.any(state.k <= 0):
-        joint = arm.joint_names[int(np.argmin(state.k))]
-        raise InvalidInput(
-            f"calibration: gain of {joint}",
-            f"{1 / state.k.min():.3g}",
-            "a positive gain; efforts of reversed sign (torque_sign = -1 in the column map), or hardly loaded",
-        )
     covariance = _covariance(runs, state, prior, precision)
     return Drives(arm.name, runs[0].rows.effort_kind, state.k, state.model, covariance, sigma / state.k)
 
@@ -128,7 +128,7 @@ def _step(runs: list[_Run], state: _State, prior: _Prior, precision: list[Array]
     """Take one Gauss-Newton step on the graph of increments."""
     graph = LinearGraph()
     model, gain, body = key("x"), key("k"), key("p")
-    edges = np.cumsum([len(state.model), len(state.k)])
+    edges = np.cumsum([len(state.model), len(state.log_k)])
     for run, weight in zip(runs, precision, strict=True):
         rows = np.concatenate([run.jacobian(state), run.residual(state)[:, :, None]], axis=2)
         factor = _compressed(rows * np.sqrt(weight)[:, :, None])
@@ -139,12 +139,12 @@ def _step(runs: list[_Run], state: _State, prior: _Prior, precision: list[Array]
             np.ones(len(factor)),
         )
     graph.add_prior(model, prior.mean.model - state.model, prior.model_sd)
-    graph.add_prior(gain, prior.mean.k - state.k, prior.k_sd)
+    graph.add_prior(gain, prior.mean.log_k - state.log_k, prior.log_k_sd)
     if any(run.mass for run in runs):
         graph.add_prior(body, prior.mean.payload - state.payload, prior.payload_sd)
     step = graph.solve(last=gain)
     payload = state.payload + step[body] if any(run.mass for run in runs) else state.payload
-    return _State(state.model + step[model], state.k + step[gain], payload)
+    return _State(state.model + step[model], state.log_k + np.clip(step[gain], -1, 1), payload)
 
 
 def _compressed(rows: Array) -> Array:
@@ -155,19 +155,26 @@ def _compressed(rows: Array) -> Array:
 
 def _covariance(runs: list[_Run], state: _State, prior: _Prior, precision: list[Array]) -> Array:
     """Return the covariance of [model, inverse gain]: H^-1 (correlated scores + prior) H^-1."""
-    size = len(state.model) + len(state.k)
-    spread = np.concatenate([prior.model_sd, prior.k_sd, prior.payload_sd])
-    bread = np.diag(spread**-2)
-    meat = bread.copy()
+    size = len(state.model) + len(state.log_k)
+    spread = np.concatenate([prior.model_sd, prior.log_k_sd, prior.payload_sd])
+    known = np.diag(spread**-2)
+    bread, meat, worth = known.copy(), np.zeros_like(known), 0.0
     for run, weight in zip(runs, precision, strict=True):
         jacobian = run.jacobian(state)
         used = jacobian.shape[2]
         flat = (jacobian * np.sqrt(weight)[:, :, None]).reshape(-1, used)
         bread[:used, :used] += flat.T @ flat
-        scores = np.einsum("tjp,tj->tp", jacobian, weight * run.residual(state))
-        meat[:used, :used] += long_run_covariance(scores - scores.mean(axis=0))
+        residual = run.residual(state)
+        scores = np.einsum("tjp,tj->tp", jacobian, weight * residual)
+        scores -= scores.mean(axis=0)
+        meat[:used, :used] += long_run_covariance(scores) * small_sample_widening(scores) ** 2
+        worth += independent_count(np.sqrt(weight) * residual)
     inverse = np.linalg.inv(bread)
-    return np.asarray((inverse @ meat @ inverse)[:size, :size])
+    fitted = float(np.trace(inverse @ (bread - known)))  # parameters that the runs, not the prior, have set
+    meat *= worth / max(worth - fitted, MOST_FITTED * worth)  # residuals are smaller than errors by that
+    meat += known
+    by_log = np.concatenate([np.ones(len(state.model)), state.k])  # d k = k d log k
+    return np.asarray((inverse @ meat @ inverse)[:size, :size] * np.outer(by_log, by_log))
 
 
 def _prior(
@@ -176,7 +183,8 @@ def _prior(
     """Return what is known before the runs: the description, broadly, and gains where given."""
     bodies = list(arm.model.inertias)[1:]
     links = np.concatenate([body.toDynamicParameters() for body in bodies])
-    share = LINK_SHARE * np.maximum([body.mass for body in bodies], 0.1)
+    masses = np.array([body.mass for body in bodies])
+    share = LINK_SHARE * np.maximum(masses, np.median(masses))  # what is mounted on small links is not small
     links_sd = np.concatenate([m * np.array([1.0, *[LINK_LENGTH] * 3, *[LINK_LENGTH**2] * 6]) for m in share])
     friction = np.zeros(4 * arm.nv)
     friction[3 * arm.nv :] = arm.model.armature
@@ -187,18 +195,18 @@ def _prior(
     scale = max(mass, 1e-3)
     payload_sd = scale * np.array([KNOWN_MASS_SHARE, *[PAYLOAD_LENGTH] * 3, *[PAYLOAD_LENGTH**2] * 6])
     if kind == "torque":
-        k, k_sd = np.ones(arm.nv), np.full(arm.nv, gain_share)
+        k, log_k_sd = np.ones(arm.nv), np.full(arm.nv, gain_share)
     else:
         k = _first_gains(runs, model)
-        k_sd = 10 * k
+        log_k_sd = np.full(arm.nv, FIRST_GAIN_SD)
     if gain is not None:
         given = np.asarray(gain, float)
         if given.shape != (arm.nv,) or np.any(given <= 0):
             raise InvalidInput("calibration: gain", given.tolist(), f"{arm.nv} numbers > 0, nan where unknown")
         known = np.isfinite(given)
         k = np.where(known, 1 / np.where(known, given, 1.0), k)
-        k_sd = np.where(known, gain_share * k, k_sd)
-    return _Prior(_State(model, k, payload), model_sd, k_sd, payload_sd)
+        log_k_sd = np.where(known, gain_share, log_k_sd)
+    return _Prior(_State(model, np.log(k), payload), model_sd, log_k_sd, payload_sd)
 
 
 def _first_gains(runs: list[_Run], model: Array) -> Array:
@@ -215,5 +223,11 @@ def _first_gains(runs: list[_Run], model: Array) -> Array:
         residual = effort - columns @ values
         inverse[joint] = values[0]
         trust[joint] = values[0] * np.std(columns[:, 0]) / (np.std(residual) + 1e-12)
-    best = np.median(inverse[trust >= np.sort(trust)[-min(3, joints)]])
-    return np.where(trust > 1.0, inverse, best)
+    strongest = np.argsort(-np.abs(trust))[: min(3, joints)]
+    middle = float(np.median(inverse[strongest]))
+    if middle <= 0:
+        found = "efforts that fall as the described torque rises"
+        raise InvalidInput(
+            "calibration: sign", found, "efforts along the joints' axes; set torque_sign in the map"
+        )
+    return np.where((trust > TRUSTED) & (inverse > 0), inverse, middle)

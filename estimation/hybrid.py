@@ -59,9 +59,7 @@ def hybrid_posterior(
     # a discrete variable of one value makes gtsam's discrete marginal uniform: it is left out
     classes = {n: (gtsam.symbol("c", i), sizes[n]) for i, n in enumerate(sizes) if sizes[n] > 1}
     if not classes:
-        raise InvalidInput(
-            f"hybrid graph: network {network.name}", sizes, "a variable of two classes or more"
-        )
+        raise InvalidInput(f"hybrid graph: network {network.name}", sizes, "a variable of two classes or more")
     graph = gtsam.HybridGaussianFactorGraph()
     graph.push_back(gtsam.DecisionTreeFactor(list(classes.values()), _joint_prior(network).ravel().tolist()))
     for variable, values in (likelihoods or {}).items():

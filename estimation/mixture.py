@@ -10,6 +10,7 @@ import numpy as np
 from dynamics.errors import InvalidInput
 
 _SQRT2 = math.sqrt(2.0)
+_CANDIDATES = 64  # components whose peaks are searched for the highest
 _erf = np.vectorize(math.erf, otypes=[float])
 
 
@@ -88,10 +89,12 @@ class Mixture:
 
     def mode(self) -> float:
         """Return the most probable value: argmax of p(x) [unit]."""
-        used = self.weights > 0
+        peak = np.log(np.maximum(self.weights, 1e-300)) - np.log(self.sds)
+        if self.scale == "log":
+            peak = peak - self.means
+        used = np.argsort(-peak, kind="stable")[:_CANDIDATES]
         means, sds = self.means[used], self.sds[used]
-        shift = -(sds**2) if self.scale == "log" else 0.0
-        starts = means + shift
+        starts = means - sds**2 if self.scale == "log" else means
         fine = np.concatenate([starts + sds * step for step in np.linspace(-2, 2, 33)])
         best = float(fine[np.argmax(self._log_value_density(fine))])
         step = float(sds.min())

@@ -14,19 +14,19 @@ GAP = 1e-4  # by which the cost may exceed the least possible
 SHRINK, NEWTON_ROUNDS = 0.1, 30
 START_RADIUS = 0.02  # m, of gyration, at least, at the start
 
-_BASIS = np.array([pseudo_inertia(unit) for unit in np.eye(10)])  # the pseudo-inertia is linear in the parameters
+_BASIS = np.array([pseudo_inertia(unit) for unit in np.eye(10)[4:]])  # the pseudo-inertia is linear in them
 
 
 def nearest_body(parameters: Array, information: Array) -> Array:
-    """Return the physical parameters of highest likelihood, (10,).
+    """Return the physical parameters with the same mass and centre whose inertia is of highest likelihood, (10,).
 
-    min (theta - t)^T W (theta - t) over positive definite pseudo-inertias P(theta), which are those that
-    log-Cholesky coordinates reach. The problem is convex: Newton's method with the barrier -mu log det P, whose
-    optimum lies within 4 mu of the least cost.
+    min (I - I0)^T W (I - I0) over positive definite pseudo-inertias, which are those that log-Cholesky coordinates
+    reach. The problem is convex: Newton's method with the barrier -mu log det P, whose optimum lies within 4 mu of
+    the least cost. Mass and centre stay: the constraint would only carry errors of the inertia into them.
 
     Args:
-        parameters: t, the unconstrained estimate, with a positive mass, (10,).
-        information: W, its inverse covariance, (10, 10).
+        parameters: the unconstrained estimate, with a positive mass, (10,).
+        information: W, the inverse covariance of its six moments of inertia, (6, 6).
 
     Raises:
         InvalidInput: if the mass is not positive.
@@ -35,7 +35,8 @@ def nearest_body(parameters: Array, information: Array) -> Array:
         raise InvalidInput("inertial parameters: mass", float(parameters[0]), "a mass > 0 [kg]")
     theta = _nearby(parameters)
     weight = 0.5 * (information + information.T)
-    mu = max(float((theta - parameters) @ weight @ (theta - parameters)), 1.0)
+    away = (theta - parameters)[4:]
+    mu = max(float(away @ weight @ away), 1.0)
     while True:
         theta = _centred(theta, parameters, weight, mu)
         if 4 * mu < GAP:
@@ -44,16 +45,15 @@ def nearest_body(parameters: Array, information: Array) -> Array:
 
 
 def _centred(theta: Array, target: Array, weight: Array, mu: float) -> Array:
-    """Return the minimum of (theta - t)^T W (theta - t) - mu log det P(theta), by damped Newton steps."""
+    """Return the minimum of (I - I0)^T W (I - I0) - mu log det P(theta), by damped Newton steps."""
     for _ in range(NEWTON_ROUNDS):
         inverse = np.linalg.inv(pseudo_inertia(theta))
         parts = np.einsum("ab,kbc->kac", inverse, _BASIS)
-        slope = 2 * weight @ (theta - target) - mu * np.einsum("kaa->k", parts)
+        slope = 2 * weight @ (theta - target)[4:] - mu * np.einsum("kaa->k", parts)
         curvature = 2 * weight + mu * np.einsum("iab,jba->ij", parts, parts)
-        scale = 1 / np.sqrt(np.diag(curvature))  # kilograms and kg m^2 differ by orders of magnitude
-        step = -scale * np.linalg.solve(curvature * np.outer(scale, scale), scale * slope)
+        step = -np.linalg.solve(curvature, slope)
         decrement = np.sqrt(max(-float(slope @ step), 0.0) / mu)
-        theta = theta + step / (1 + decrement)  # stays inside the cone: the barrier is self-concordant
+        theta = theta + np.concatenate([np.zeros(4), step / (1 + decrement)])  # stays inside: self-concordant
         if decrement < 1e-6:
             break
     return theta

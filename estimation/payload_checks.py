@@ -14,6 +14,7 @@ Array = NDArray[np.float64]
 
 LIMIT_MARGIN = 0.3  # rad beyond a joint's limit that calibration and rounding explain
 BIAS_SHARE = 0.05  # of what the joints are built for: more than the bias of any sensor that works
+FASTEST = 0.5  # rad/s up to which a reading counts as one of an arm at rest
 TURNS = 4 * np.pi  # rad beyond which a joint without limits is more likely in degrees
 
 
@@ -21,7 +22,7 @@ def check_readings(arm: Arm, readings: StaticReadings, name: str) -> None:
     """Refuse readings that cannot be this arm's.
 
     Raises:
-        InvalidInput: for a wrong number of joints, or angles out of range.
+        InvalidInput: for a wrong number of joints, angles out of range, or an arm in motion.
     """
     joints = readings.q.shape[1]
     if joints != arm.nv:
@@ -36,6 +37,9 @@ def check_readings(arm: Arm, readings: StaticReadings, name: str) -> None:
             f"{readings.q[row, joint]:g} rad",
             f"[{low[joint]:.2f}, {high[joint]:.2f}] rad; degrees given as radians, or joints in another order?",
         )
+    if readings.dq is not None and np.abs(readings.dq).max(initial=0.0) > FASTEST:
+        speed = f"{np.abs(readings.dq).max():.2f} rad/s"
+        raise InvalidInput(f"{name}: speed", speed, f"<= {FASTEST} rad/s; estimate_payload_motion takes motions")
 
 
 def check_gravity(design: Design, tare: int) -> None:
@@ -58,7 +62,7 @@ def check_gravity(design: Design, tare: int) -> None:
             "opposite to the arm's gravity",
             "torques that the arm exerts on its links; pass torque_sign=-1 for sensors that read the reaction",
         )
-    if agree > weight:
+    if agree > 0.7 * weight:
         raise InvalidInput(
             "tare: torques",
             f"{agree:.1f} N m away from the arm's gravity, which is {weight:.1f} N m (sums over joints)",

@@ -23,8 +23,9 @@ Array = NDArray[np.float64]
 BIAS_PRIOR_SD = 100.0  # N m, as broad as harmless
 FRICTION_PRIOR_SD = 100.0  # N m, N m s/rad
 FREE = 1e3  # N m: an offset left free
-# What the tare may find beyond the arm's model [kg, kg m]: a gripper, not a car. Were it left free, the small
-# difference between a tare pose and its load pose times a wild gripper would count as noise of the payload.
+# What the tare may find beyond the arm's model where every shared pose has an offset of its own [kg, kg m]: these
+# explain the tare as well as any gripper does, and the small difference between a tare pose and its load pose
+# times a gripper left wild would count as noise of the payload.
 GRIPPER_PRIOR_SD = np.array([2.0, 0.4, 0.4, 0.4])
 DEFAULT_EFFORT = 10.0  # N m: what a joint is taken to be built for if the description does not say
 SAME_POSE = 0.02  # rad within which two poses are the same
@@ -137,7 +138,8 @@ def build(
     else:  # one factor of all rows says the same and is solved faster
         rows = matrix.reshape(count * joints, -1)
         graph.add({tool: rows, bias[0]: np.tile(eye, (count, 1))}, design.torque.ravel(), sigma.ravel())
-    prior = np.concatenate([PRIOR_SD, GRIPPER_PRIOR_SD, np.full(matrix.shape[2] - 8, FRICTION_PRIOR_SD)])
+    gripper = GRIPPER_PRIOR_SD if offsets else PRIOR_SD
+    prior = np.concatenate([PRIOR_SD, gripper, np.full(matrix.shape[2] - 8, FRICTION_PRIOR_SD)])
     if gains:
         prior[-joints:] = 1.0
     graph.add_prior(tool, np.zeros(len(prior)), prior)

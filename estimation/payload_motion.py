@@ -15,7 +15,13 @@ from numpy.typing import NDArray
 
 from dynamics.errors import InvalidInput
 from dynamics.payload import inertia_matrix, is_physical, skew
-from estimation.autocorrelation import bandwidth, block_bootstrap_covariance, effective_count, long_run_covariance
+from estimation.autocorrelation import (
+    bandwidth,
+    block_bootstrap_covariance,
+    independent_count,
+    long_run_covariance,
+    small_sample_widening,
+)
 from estimation.drives import Drives
 from estimation.graph import LinearGraph, key
 from estimation.measurement import Measurement
@@ -29,6 +35,7 @@ PRIOR_SD = 100.0  # kg, kg m, kg m^2: only keeps the graph solvable
 OFFSET_SD = 100.0  # N m
 OUTLIER_RATE = 0.02
 ROUNDS = 30
+MOST_FITTED = 0.1  # share of the residuals' freedom that is left at least
 DISTINCT = 3.0  # sd by which every principal moment of inertia must exceed zero to count as identified
 
 
@@ -37,7 +44,8 @@ class MotionPayload:
     """A payload estimated from a motion.
 
     Attributes:
-        parameters: [m, m c, Ixx, Ixy, Iyy, Ixz, Iyz, Izz] about the tool's origin, (10,); a body that can exist.
+        parameters: [m, m c, Ixx, Ixy, Iyy, Ixz, Iyz, Izz] about the tool's origin, (10,); a body that can exist,
+            if the mass is distinct from zero.
         covariance: of the unconstrained parameters, scaled so that +-1.96 sd cover 95 %, (10, 10).
         inertia_identified: whether the motion tells the inertia about the centre of mass from zero.
         weights: share of good readings in every block of time, (T,).
@@ -135,7 +143,7 @@ def estimate_payload_motion(
     identified = _inertia_identified(values[:10], covariance)
     parameters = values[:10]
     if values[0] > 2 * np.sqrt(covariance[0, 0]) and not is_physical(parameters):
-        parameters = nearest_body(parameters, np.asarray(np.linalg.inv(covariance), np.float64))
+        parameters = nearest_body(parameters, np.asarray(np.linalg.inv(covariance[4:, 4:]), np.float64))
     return MotionPayload(parameters, covariance, identified, belief.reading.mean(axis=1), sigma)
 
 
@@ -163,8 +171,6 @@ def _covariance(
     draws: int,
 ) -> Array:
     """Return the covariance of payload and offset: of the correlated residuals, and of the calibration."""
-    from scipy.special import stdtrit
-
     joints = residual.shape[1]
     weighted = matrix * precision[:, :, None]
     prior = np.concatenate([np.full(10, PRIOR_SD), np.full(joints, OFFSET_SD)])
@@ -180,8 +186,8 @@ def _covariance(
     by_model = np.einsum("tji,tjk->ik", weighted, rows.model, optimize=True)
     by_gain = np.einsum("tji,tj->ij", weighted, rows.effort / drives.inverse_gain**2)
     slope = inverse @ np.hstack([by_model, by_gain])
-    freedom = max(effective_count(scores) - 4, 3.0)
-    widening = float(stdtrit(freedom, 0.975)) / 1.96
+    count = independent_count(np.sqrt(precision) * residual)
+    widening = small_sample_widening(scores) * np.sqrt(count / max(count - len(information), MOST_FITTED * count))
     covariance: Array = widening**2 * inverse @ spread @ inverse + slope @ drives.covariance @ slope.T
     return covariance
 

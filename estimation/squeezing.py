@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.compression import Rule, Shape, geometry_of, stress_strain
+from dynamics.compression import Geometry, Rule, Shape, geometry_of, stress_strain
 from dynamics.errors import InvalidInput
 from dynamics.gripper import ParallelGripper
 from dynamics.signals import GripperReadings, Phase
@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 CURRENT_SD = 0.01  # A; noise of a current reading, where only its shape over force matters
 CURRENT_RELATIVE_SD = 0.02  # and the part that grows with the current
 FEW_TICKS = 2.0  # steps of the opening in contact below which not even a wide interval is given
+DELAYS = (0.005, 0.01, 0.015, 0.02)  # s
+DELAY_EVIDENCE = 6.0  # log-likelihood that a delay must gain
 SETTLING = 2  # samples left out at the start of a motion, where the motor still speeds up
 
 
@@ -69,7 +71,8 @@ def measure_squeeze(
     air, air_sd = air_current([phase.gripper() for phase in phases if phase.name == "air"], gripper)
     quantum = gripper.opening_quantum if quantum_of(opening_grid(phases)) > 0 else 0.0
     closing = [phase.gripper() for phase in phases if phase.name in ("close", "compress")]
-    opening, effort = closing_readings(closing, quantum)
+    locked = locked_current([phase.gripper() for phase in phases if phase.name == "dwell"])
+    opening, effort, speed = closing_readings(closing, quantum, locked)
     force = gripper.force_per_ampere * (effort - air)
     geometry = geometry_of(shape, size, gripper, poisson=poisson, rule=rule)
     noise = CurveNoise(
@@ -82,19 +85,43 @@ def measure_squeeze(
         gain_sd=_gain_sd(gripper, shape, size, size_sd, geometry.contact_area == gripper.pad_area),
     )
     try:
-        curve = stress_strain(force, opening, geometry)
-        first = estimate_stiffness(curve, noise, min_ticks=FEW_TICKS)
-        # The noise grows with the force: known only now, and from the fit, for a reading's own noise must
-        # not set its weight.
-        level = predict(first.fit.parameters, curve.strain, geometry)[0] * geometry.area
-        noise = replace(noise, stress_sd=_force_sd(level, gripper) / geometry.area)
-        estimate = estimate_stiffness(curve, noise, min_ticks=FEW_TICKS)
+        estimate = _estimate(force, opening, speed, geometry, noise, gripper)
     except TooLittleCompression as little:
         estimate = little.estimate
     width = Measurement("width", estimate.onset, math.hypot(estimate.onset_sd, _resolution(quantum)), "m")
     if estimate.bound is not None:
         return estimate, (width,)
     return estimate, (Measurement("elasticity", estimate.young_modulus, estimate.sd, "Pa"), width)
+
+
+def _estimate(
+    force: Array, opening: Array, speed: Array, geometry: Geometry, noise: CurveNoise, gripper: ParallelGripper
+) -> StiffnessEstimate:
+    """Return the estimate with the noise and the delay that fit the readings best."""
+    first = estimate_stiffness(stress_strain(force, opening, geometry), noise, min_ticks=FEW_TICKS)
+    # The noise grows with the force: known only now, and from the fit, for a reading's own noise must not set its
+    # weight.
+    curve = stress_strain(force, opening, geometry)
+    level = predict(first.fit.parameters, curve.strain, geometry)[0] * geometry.area
+    noise = replace(noise, stress_sd=_force_sd(level, gripper) / geometry.area)
+    best = estimate_stiffness(curve, noise, min_ticks=FEW_TICKS)
+    evidence = best.fit.log_likelihood + DELAY_EVIDENCE
+    for delay in DELAYS:
+        # A viscous material answers to u + delay du/dt, and so does a sensor that is late.
+        curve = stress_strain(force, opening - delay * speed, geometry)
+        found = estimate_stiffness(curve, noise, min_ticks=FEW_TICKS)
+        if found.fit.log_likelihood > evidence:
+            best, evidence = found, found.fit.log_likelihood
+    return best
+
+
+def locked_current(dwells: Sequence[GripperReadings]) -> float:
+    """Return the current above which the pads must be moving [A]; infinite where the gripper was never locked."""
+    effort = np.concatenate([np.zeros(0), *(readings.effort for readings in dwells)])
+    if len(effort) < 3:
+        return math.inf
+    middle = float(np.median(effort))
+    return middle + max(5 * 1.4826 * float(np.median(np.abs(effort - middle))), 0.05)
 
 
 def air_current(tares: Sequence[GripperReadings], gripper: ParallelGripper) -> tuple[float, float]:
@@ -115,37 +142,52 @@ def air_current(tares: Sequence[GripperReadings], gripper: ParallelGripper) -> t
     return air, spread * math.sqrt(math.pi / 2 / len(effort)) + 1e-9
 
 
-def closing_readings(series: Sequence[GripperReadings], quantum: float) -> tuple[Array, Array]:
-    """Return opening [m] and current [A] of the readings with closing pads.
+def closing_readings(
+    series: Sequence[GripperReadings], quantum: float, locked: float = math.inf
+) -> tuple[Array, Array, Array]:
+    """Return opening [m], current [A] and closing speed [m/s] of the readings with closing pads.
 
     An opening that is reported in steps is interpolated between them.
 
     Raises:
         InvalidInput: if the pads hardly move.
     """
-    openings, efforts = [np.zeros(0)], [np.zeros(0)]
+    openings, efforts, speeds = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
     for readings in series:
-        at = moving(readings)
+        at = moving(readings, locked)
         if at.any():
-            openings.append((between_steps(readings) if quantum > 0 else readings.opening)[at])
+            smooth = between_steps(readings) if quantum > 0 else readings.opening
+            openings.append(smooth[at])
             efforts.append(readings.effort[at])
-    opening, effort = np.concatenate(openings), np.concatenate(efforts)
+            speeds.append(_speed(readings.time, smooth)[at])
+    opening, effort, speed = np.concatenate(openings), np.concatenate(efforts), np.concatenate(speeds)
     if len(opening) < 7:
         raise InvalidInput("squeeze: close, compress", f"{len(opening)} readings of closing pads", "at least 7")
-    return opening, effort
+    return opening, effort, speed
 
 
-def moving(readings: GripperReadings) -> NDArray[np.bool_]:
-    """Return which readings were taken while the pads closed: between the first and the last step, (N,).
+def moving(readings: GripperReadings, locked: float = math.inf) -> NDArray[np.bool_]:
+    """Return which readings were taken while the pads closed, (N,).
 
-    The first few after the start are left out: the motor still speeds up, and its current is no force.
+    Those between the first and the last step of the opening, and those with more current than a locked gripper's,
+    for an object so stiff that the opening hardly steps. The first few are left out: the motor still speeds up,
+    and its current is no force.
     """
     at = np.zeros(len(readings), dtype=np.bool_)
     steps = np.flatnonzero(np.diff(readings.opening) < 0)
     if len(steps):
-        first, last = int(steps[0]) + 1, int(steps[-1]) + 1
-        at[min(first + SETTLING - 1, last) : last + 1] = True
+        at[int(steps[0]) + 1 : int(steps[-1]) + 2] = True
+        at |= readings.effort > locked
+        at[np.flatnonzero(at)[:SETTLING]] = False
     return at
+
+
+def _speed(time: Array, opening: Array) -> Array:
+    """Return the closing speed [m/s], (N,)."""
+    if len(time) < 3 or np.any(np.diff(time) <= 0):
+        return np.zeros(len(time))
+    speed: Array = -np.gradient(opening, time)
+    return speed
 
 
 def between_steps(readings: GripperReadings) -> Array:

@@ -155,7 +155,7 @@ def _check_contact(readings: Readings, fit: Fit) -> None:
     onset, onset_sd = width * (1 - fit.parameters[ONSET]), _onset_sd(fit, width)
     if math.isfinite(onset_sd) and onset - 3 * onset_sd > 1.15 * width:
         raise InvalidInput(
-            "stiffness: contact at the opening [m]", round(onset, 5), f"about the object's width, {width:g}"
+            "stiffness: contact at the opening [m]", round(float(onset), 5), f"about the object's width, {width:g}"
         )
 
 

@@ -55,7 +55,7 @@ def hysteresis(curve: StressStrain) -> Hysteresis:
     Each branch is a running median over strain, so that a spike of current counts for nothing.
 
     Raises:
-        InvalidInput: if the curve has no unloading, no work was done, or the opening was renewed so much less often
+        InvalidInput: if the curve has no unloading, no work was done, or the opening was renewed so much less
             than the force that a loss would be that of the delay.
     """
     if loading_of(curve, None).renewed_late:

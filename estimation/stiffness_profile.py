@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 DROP_TWO_SIDED, DROP_ONE_SIDED = 1.92, 1.353  # of the log-likelihood, for 95 %
 SOFTEST, STIFFEST = math.log(0.1), math.log(1000.0)  # followed from the start, at most
-STEP = 0.1  # of the log of the modulus
+STEP = 0.15  # of the log of the modulus
 
 
 @dataclass(frozen=True)

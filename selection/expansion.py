@@ -61,9 +61,7 @@ def given_property(bank: Bank, coordinate: int) -> tuple[Bank, np.ndarray]:
     return hold(bank, used[column], coordinate, nodes[group], np.log(mass)), group
 
 
-def independent(
-    network: Network, bank: Bank, sensors: Sequence[Sensor | ClassSensor]
-) -> tuple[Bank, np.ndarray]:
+def independent(network: Network, bank: Bank, sensors: Sequence[Sensor | ClassSensor]) -> tuple[Bank, np.ndarray]:
     """Return hypotheses under each of which the sensors' readings are independent.
 
     Where two sensors share a property, or properties that earlier readings have tied together, that property
@@ -110,9 +108,7 @@ def _conflict(network: Network, bank: Bank, sensors: Sequence[Sensor], held: set
                     for b in other:
                         scale = np.sqrt(bank.variance[:, a] * bank.variance[:, b])
                         if np.any(np.abs(bank.joint[:, a, b]) > _CORRELATED * scale):
-                            return (
-                                min(a, b) if len(own) == len(other) else (a if len(own) < len(other) else b)
-                            )
+                            return min(a, b) if len(own) == len(other) else (a if len(own) < len(other) else b)
     return None
 
 

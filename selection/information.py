@@ -45,9 +45,7 @@ def targets(network: Network) -> tuple[str, ...]:
     return (*network.variables, *both, *network.property_names, EVERYTHING)
 
 
-def information_gain(
-    belief: Belief, sensors: AnySensor | Sequence[AnySensor], target: str = MATERIAL
-) -> float:
+def information_gain(belief: Belief, sensors: AnySensor | Sequence[AnySensor], target: str = MATERIAL) -> float:
     """Return I(target; z) = [h(z) - E h(z | target)] / ln 2, the expected information of a reading in bits.
 
     Several sensors are read together: the gain is that of their joint reading.

@@ -6,11 +6,9 @@ import math
 
 import numpy as np
 
-from estimation.conditioning import exponential_density
-
 _REACH = 6.5
 _LOCAL = np.arange(-7.0, 7.5)
-_PROPORTIONAL = 0.15  # beyond it a reading near zero may come from any value, however large
+_NARROW = 0.15  # noise in t beyond which it is no longer nearly Gaussian there: its tails end nowhere
 
 
 def log_columns(
@@ -18,13 +16,14 @@ def log_columns(
 ) -> np.ndarray:
     """Return p(z | u) for z = exp(t) + N(0, sd^2 + (relative_sd exp t)^2), t ~ N(mean_u, variance_u).
 
-    The integral over t, by trapezoid rules: where the noise in t is narrow against every hypothesis, over the
-    noise on nodes around ln z that all hypotheses share; elsewhere one integral per reading and hypothesis.
+    The integral over t, by trapezoid rules that resolve the narrower of the two: where the noise in t is
+    narrow against the hypothesis, nodes around ln z, which all hypotheses share; elsewhere nodes around the
+    hypothesis, which all readings share.
 
     Args:
         mean: shape (U,).
         variance: shape (U,), > 0.
-        z: readings, shape (N,).
+        z: readings in ascending order, shape (N,).
         sd: constant part of the noise.
         relative_sd: proportional part of the noise.
 
@@ -35,40 +34,42 @@ def log_columns(
     noise = np.full(len(z), np.inf)
     positive = z > 0
     noise[positive] = np.hypot(sd, relative_sd * z[positive]) / z[positive]
-    local = (noise < 0.5 * float(width.min())) & (relative_sd <= _PROPORTIONAL)
     columns = np.zeros((len(z), len(mean)))
-    if local.any():
-        columns[local] = _around_readings(mean, width, z[local], noise[local], sd, relative_sd)
-    if not local.all():
-        columns[~local] = _pairs(mean, width, z[~local], sd, relative_sd)
-    return columns
-
-
-def _around_readings(
-    mean: np.ndarray, width: np.ndarray, z: np.ndarray, noise: np.ndarray, sd: float, relative_sd: float
-) -> np.ndarray:
-    t = np.log(z)[:, None] + noise[:, None] * _LOCAL
-    kernel = _kernel(z, t, sd, relative_sd) * noise[:, None]
-    found = np.empty((len(z), len(mean)))
+    edges = np.stack([mean - _REACH * width, mean + _REACH * width])
+    reach = 8.5 * np.hypot(sd, relative_sd * np.exp(edges))
+    starts = np.searchsorted(z, (np.exp(edges) - reach).min(axis=0))
+    ends = np.searchsorted(z, (np.exp(edges) + reach)[1])
+    proportional = relative_sd > _NARROW
+    shared = 0 if proportional else len(z)
+    if not proportional:
+        # noise falls with z: from here on it is narrow for the widest hypothesis
+        shared = int(np.searchsorted(-noise, -min(0.5 * float(width.max()), _NARROW)))
+        nodes = np.log(z[shared:])[:, None] + noise[shared:, None] * _LOCAL
+        kernel = _kernel(z[shared:], nodes, sd, relative_sd) * noise[shared:, None]
     for u, (centre, spread) in enumerate(zip(mean.tolist(), width.tolist(), strict=True)):
-        scaled = (t - centre) / spread
-        found[:, u] = np.einsum("nj,nj->n", kernel, np.exp(-0.5 * scaled * scaled))
-    return found / (width * math.sqrt(2 * math.pi))
+        first, last = int(starts[u]), int(ends[u])
+        narrow = last
+        if not proportional:
+            narrow = min(max(int(np.searchsorted(-noise, -min(0.5 * spread, _NARROW))), first), last)
+        if narrow > first:
+            finest = relative_sd if proportional else float(noise[first:narrow].min())
+            step = min(0.5 * spread, 0.5 * finest, 0.3)
+            count = 2 * math.ceil(_REACH * spread / step) + 1
+            t = centre + spread * np.linspace(-_REACH, _REACH, count)
+            prior = np.exp(-0.5 * ((t - centre) / spread) ** 2) * (t[1] - t[0]) / spread
+            columns[first:narrow, u] = _kernel(z[first:narrow], t, sd, relative_sd) @ prior
+        if last > narrow:
+            rows = slice(narrow - shared, last - shared)
+            scaled = (nodes[rows] - centre) / spread
+            columns[narrow:last, u] = (
+                np.einsum("nj,nj->n", kernel[rows], np.exp(-0.5 * scaled * scaled)) / spread
+            )
+    return columns / math.sqrt(2 * math.pi)
 
 
 def _kernel(z: np.ndarray, t: np.ndarray, sd: float, relative_sd: float) -> np.ndarray:
-    """Return N(z; exp t, noise^2) at nodes of shape (N, J)."""
+    """Return N(z; exp t, noise^2) at nodes of shape (N, J) or (J,)."""
     value = np.exp(np.minimum(t, 300.0))
     noise = np.maximum(np.hypot(sd, relative_sd * value), 1e-150)
     scaled = (z[:, None] - value) / noise
     return np.asarray(np.exp(-0.5 * scaled * scaled) / (noise * math.sqrt(2 * math.pi)))
-
-
-def _pairs(mean: np.ndarray, width: np.ndarray, z: np.ndarray, sd: float, relative_sd: float) -> np.ndarray:
-    noise = np.hypot(sd, relative_sd * np.exp(mean))
-    low = np.exp(mean - _REACH * width) - 8.5 * noise
-    high = np.exp(mean + _REACH * width) * (1 + 8.5 * relative_sd) + 8.5 * sd
-    rows, cols = np.nonzero((z[:, None] >= low) & (z[:, None] <= high))
-    found = np.zeros((len(z), len(mean)))
-    found[rows, cols] = exponential_density(mean[cols], width[cols] ** 2, z[rows], sd, relative_sd)
-    return found

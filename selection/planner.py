@@ -241,9 +241,7 @@ def best_of(scores: Sequence[ActionScore]) -> ActionScore | None:
     if not feasible:
         return None
     top = max(score.value for score in feasible)
-    return min(
-        (score for score in feasible if score.value >= top - NEAR_TIE), key=lambda score: score.seconds
-    )
+    return min((score for score in feasible if score.value >= top - NEAR_TIE), key=lambda score: score.seconds)
 
 
 def confidence(belief: Belief, target: str) -> float:
@@ -273,9 +271,7 @@ def why_not(action: ActionModel, state: PlanState, rules: StopRules) -> str:
     return ""
 
 
-def _reason_to_stop(
-    belief: Belief, scores: Sequence[ActionScore], target: str, rules: StopRules
-) -> str | None:
+def _reason_to_stop(belief: Belief, scores: Sequence[ActionScore], target: str, rules: StopRules) -> str | None:
     if confidence(belief, target) >= rules.confidence:
         return CONFIDENT
     if any(score.feasible for score in scores):

@@ -38,6 +38,7 @@ Array = NDArray[np.float64]
 SAMPLE_STEPS = 5  # simulation steps a sample: 100 Hz
 _SETTLE = 0.4  # s for the object to come to rest on the table before the robot's clock starts
 _START_TOLERANCE = 0.02  # rad between where a trajectory starts and where the arm stands
+_SPEED_ROUNDING = 1 + 1e-6
 _STALL_MARGIN = 0.95  # share of the gripper's own force at which it stalls
 _MAX_FORCE = 60.0  # N, what the gripper can press
 _GRIP_ACCELERATION = 0.3  # m/s^2 of the pads
@@ -122,17 +123,20 @@ class MujocoRobot:
             raise MotionRefused("the trajectory does not start where the arm stands")
         if not all(self._arm.within_limits(q) for q in path):
             raise MotionRefused("the trajectory leaves the joint limits")
-        start = self._arm_command + (path[0] - self._arm_command)
+        speed = np.abs(np.diff(path, axis=0)) / np.diff(trajectory.time)[:, None]
+        if np.any(speed > self._arm.velocity_limit * _SPEED_ROUNDING):
+            raise MotionRefused("the trajectory is faster than the joints can turn")
 
         def command(elapsed: float) -> bool:
             self._arm_command = trajectory.position(elapsed)
             return elapsed >= trajectory.duration
 
-        self._arm_command = start
         self._run(command, moving_gripper=False)
 
     def hold(self, seconds: float) -> None:
         """Stand still for a time."""
+        if not (math.isfinite(seconds) and seconds >= 0):
+            raise InvalidInput("hold: seconds", seconds, "a number >= 0")
         self._run(lambda elapsed: elapsed >= seconds - TIMESTEP / 2, moving_gripper=False)
 
     def grip(self, opening: float, speed: float, max_effort: float = math.inf) -> GripResult:

@@ -31,7 +31,7 @@ class SensorModel:
         torque_drift: random walk of a joint's offset [N m / sqrt(min)].
         torque_hysteresis: half the band between the two directions of motion [N m].
         torque_gain: relative error of a joint's scale, drawn once a start [-].
-        hysteresis_width: joint travel over which the reading crosses the band after a reversal [rad].
+        hysteresis_width: joint travel over which the reading moves by half the band after a reversal [rad].
         position_noise, velocity_noise: white noise of joint position and velocity [rad, rad/s].
         opening_quantum: step of the reported opening [m].
         effort_quantum: step of the reported gripper current [A].

@@ -31,7 +31,7 @@ class Squeeze:
     """Squeeze the object and read its elasticity, and its width at contact, off gripper opening and current."""
 
     name = "squeeze"
-    seconds, setup_seconds = 14.0, 8.0  # s, of the cycles and of the grasp; replaced by what it took
+    seconds, setup_seconds = 22.0, 8.0  # s, of the cycles and of the grasp; replaced by what it took
     sensor = Sensor("elasticity", 300.0, 0.08)  # where the reference has none: default noise of the simulator
 
     def model(self, network: Network) -> ActionModel | None:

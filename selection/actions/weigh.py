@@ -36,7 +36,7 @@ class Weigh:
     """Lift the object and read its mass off the joint torques."""
 
     name = "weigh"
-    seconds, setup_seconds = 55.0, 8.0  # s, of the poses and of the grasp; replaced by what it took
+    seconds, setup_seconds = 47.0, 8.0  # s, of the poses and of the grasp; replaced by what it took
     sensor = Sensor("mass", 0.003, 0.01)  # where the reference has none: default noise of the simulator
 
     def model(self, network: Network) -> ActionModel | None:

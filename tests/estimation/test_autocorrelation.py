@@ -7,7 +7,7 @@ from scipy.signal import lfilter
 from estimation.autocorrelation import (
     bandwidth,
     block_bootstrap_covariance,
-    effective_count,
+    independent_count,
     long_run_covariance,
 )
 
@@ -51,4 +51,5 @@ def test_covariance_is_positive_semidefinite_and_scales_with_units():
 
 def test_correlated_series_are_worth_less():
     rng = np.random.default_rng(3)
-    assert effective_count(series(rng, 0.95)) < 0.3 * effective_count(series(rng, 0.0))
+    assert independent_count(series(rng, 0.0)) == pytest.approx(2 * COUNT, rel=0.1)
+    assert independent_count(series(rng, 0.9)) == pytest.approx(2 * COUNT * 0.1 / 1.9, rel=0.3)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from estimation.belief import Belief
-from estimation.conditioning import condition_exponential, exponential_density
+from estimation.conditioning import condition_exponential
 from estimation.measurement import Measurement
 from estimation.network import Network, Property, Relation
 
@@ -78,10 +78,29 @@ def test_mass_agrees_with_brute_force(
     for name, (z, sd) in readings.items():
         belief = belief.update(Measurement(name, z, sd, UNITS[name]))
     posterior, mean, sd = brute_force(network, readings)
-    assert np.array(list(belief.probabilities("material").values())) == pytest.approx(posterior, abs=1e-2)
+    assert np.array(list(belief.probabilities("material").values())) == pytest.approx(posterior, abs=1e-3)
     marginal = belief.marginal("density")
-    assert marginal.mean == pytest.approx(float(mean), rel=1e-2)
-    assert marginal.sd == pytest.approx(float(sd), rel=2e-2)
+    assert marginal.mean == pytest.approx(float(mean), rel=1e-3)
+    assert marginal.sd == pytest.approx(float(sd), rel=1e-2)
+
+
+@pytest.mark.parametrize("seed", range(16))
+def test_random_weighings_agree_with_brute_force(seed: int) -> None:
+    """Volumes read to a few per cent or to a third, masses likewise: posteriors to 1e-3."""
+    rng = np.random.default_rng(seed)
+    scales = [("log", "log"), ("linear", "linear"), ("linear", "log"), ("log", "linear")][seed % 4]
+    network = mass_network(*scales, float(rng.uniform(0.1, 0.25)))
+    readings = {"mass": (float(rng.uniform(0.04, 0.16)), float(rng.uniform(0.003, 0.05)))}
+    if rng.random() < 0.7:
+        readings["volume"] = (float(rng.uniform(1.4e-4, 2.6e-4)), float(rng.uniform(3e-6, 6e-5)))
+    if rng.random() < 0.5:
+        readings["density"] = (float(rng.uniform(200, 700)), float(rng.uniform(20, 150)))
+    belief = Belief(network)
+    for name, (z, sd) in readings.items():
+        belief = belief.update(Measurement(name, z, sd, UNITS[name]))
+    posterior, mean, _ = brute_force(network, readings, 401)
+    assert np.array(list(belief.probabilities("material").values())) == pytest.approx(posterior, abs=1e-3)
+    assert belief.marginal("density").mean == pytest.approx(float(mean), rel=1e-3)
 
 
 @pytest.mark.parametrize(("z", "sd"), [(7.0, 6.0), (-2.0, 6.0), (7.0, 0.5), (30.0, 1e-3), (200.0, 4.0)])
@@ -99,22 +118,6 @@ def test_wide_readings_of_log_properties(z: float, sd: float) -> None:
         assert evidence[k] == pytest.approx(exact, abs=1e-6)
         assert centre[k] == pytest.approx(first, abs=1e-6)
         assert spread[k] == pytest.approx(float(weight @ (t - first) ** 2 / weight.sum()), rel=1e-4)
-
-
-@pytest.mark.parametrize(("sd", "relative"), [(6.0, 0.0), (0.5, 0.0), (1.0, 0.12), (0.0, 0.2), (5.0, 0.4)])
-@pytest.mark.parametrize("variance", [1e-4, 0.05, 0.5, 3.0])
-def test_predictive_density_of_log_properties(sd: float, relative: float, variance: float) -> None:
-    mean = np.log(20.0)
-    z = np.concatenate([np.linspace(-15, 15, 7), np.geomspace(16, 400, 9)])
-    found = exponential_density(np.full_like(z, mean), np.full_like(z, variance), z, sd, relative)
-    t = mean + np.sqrt(variance) * np.linspace(-10, 10, 200_001)
-    x = np.exp(t)
-    noise = np.hypot(sd, relative * x)
-    prior = np.exp(-0.5 * ((t - mean) ** 2) / variance) / np.sqrt(2 * np.pi * variance) * (t[1] - t[0])
-    for value, density in zip(z, found, strict=True):
-        kernel = np.exp(-0.5 * ((value - x) / noise) ** 2) / (noise * np.sqrt(2 * np.pi))
-        exact = float(prior @ kernel)
-        assert density == pytest.approx(exact, rel=5e-3, abs=2e-6)
 
 
 def test_repeated_wide_readings_share_the_true_value() -> None:

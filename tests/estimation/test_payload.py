@@ -196,6 +196,8 @@ def test_bad_input_says_what_is_wrong(arm, poses):
         estimate_payload(arm, JointReadings(np.degrees(poses), tare.tau), load, noise)
     with pytest.raises(InvalidInput, match="joint_7"):
         estimate_payload(arm, JointReadings(poses[:, :6], tare.tau[:, :6]), load, noise)
+    with pytest.raises(InvalidInput, match="estimate_payload_motion"):
+        estimate_payload(arm, JointReadings(poses, tare.tau, dq=np.ones_like(poses)), load, noise)
     exchanged = JointReadings(poses, tare.tau[:, [1, 0, 3, 2, 5, 4, 6]])
     with pytest.raises(InvalidInput, match="another order"):
         estimate_payload(arm, exchanged, load, noise)

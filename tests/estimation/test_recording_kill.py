@@ -54,7 +54,7 @@ def write_until_killed(directory: Path, announce: int) -> None:
 
 
 def kill_many(folder: Path, kills: int) -> None:
-    """Fork, kill and report writers, a few at a time."""
+    """Fork, kill and report writers, a few at a time; each dies some time after its first sample."""
     chance = random.Random(20)
     for first in range(0, kills, AT_ONCE):
         running = []
@@ -66,15 +66,17 @@ def kill_many(folder: Path, kills: int) -> None:
                 write_until_killed(folder / str(trial), writing)
                 os._exit(1)
             os.close(writing)
-            running.append((trial, process, reading, time.monotonic() + chance.uniform(0.02, 0.9)))
-        for _, process, _, due in sorted(running, key=lambda one: one[3]):
+            pipe = os.fdopen(reading, "rb")
+            begun = pipe.readline()
+            running.append((trial, process, pipe, begun, time.monotonic() + chance.uniform(0.0, 0.9)))
+        for _, process, _, _, due in sorted(running, key=lambda one: one[4]):
             time.sleep(max(0.0, due - time.monotonic()))
             os.kill(process, signal.SIGKILL)
             os.waitpid(process, 0)
-        for trial, _, reading, _ in running:
-            with os.fdopen(reading, "rb") as pipe:
-                lines = [json.loads(line) for line in pipe.read().splitlines()]
-            print(json.dumps([trial, lines[-1] if lines else None]), flush=True)
+        for trial, _, pipe, begun, _ in running:
+            with pipe:
+                last = (begun + pipe.read()).splitlines()[-1]
+            print(json.dumps([trial, json.loads(last)]), flush=True)
 
 
 def test_a_kill_costs_half_a_second_of_samples_and_nothing_announced(tmp_path: Path) -> None:
@@ -87,8 +89,6 @@ def test_a_kill_costs_half_a_second_of_samples_and_nothing_announced(tmp_path: P
     assert len(reports) == KILLS
     lost = []
     for trial, announced in reports:
-        if announced is None:  # killed before the first sample
-            continue
         newest, decided, measured = announced
         directory = tmp_path / str(trial)
         recording = read_recording(directory)
@@ -101,7 +101,6 @@ def test_a_kill_costs_half_a_second_of_samples_and_nothing_announced(tmp_path: P
         assert found[:measured] == [1.0 + n for n in range(measured)]
         assert len(list((directory / "measurements").glob("*-mass.json"))) >= measured
         lost.append(newest + 1 - len(samples))
-    assert len(lost) >= KILLS * 0.8
     assert max(lost) <= LOSS * RATE
 
 

@@ -28,7 +28,7 @@ def seven_actions(network: Network) -> tuple[ActionModel, ...]:
     )
 
 
-OBJECTS, CAP = 400, 6
+OBJECTS, CAP = {"exact": 1000, "random": 400}, 6
 
 
 @pytest.fixture(scope="module")
@@ -36,13 +36,12 @@ def counts() -> dict[str, np.ndarray]:
     network = Network.from_file("network-8x10").without_unknown()
     actions = {action.name: action for action in seven_actions(network)}
     rules = StopRules(confidence=1.0)
-    found = {"exact": np.zeros(OBJECTS), "random": np.zeros(OBJECTS), "correct": np.zeros(OBJECTS)}
+    found = {name: np.zeros(count) for name, count in OBJECTS.items()}
+    found["correct"] = np.zeros(OBJECTS["exact"])
     for policy in ("exact", "random"):
-        for i in range(OBJECTS):
-            thing, rng = (
-                VirtualObject(network, np.random.default_rng([11, i])),
-                np.random.default_rng([12, i]),
-            )
+        for i in range(OBJECTS[policy]):
+            thing = VirtualObject(network, np.random.default_rng([11, i]))
+            rng = np.random.default_rng([12, i])
             belief, state = Belief(network), PlanState()
             needed = CAP
             for step in range(1, CAP + 1):

@@ -1,0 +1,227 @@
+"""Measure the planner and the belief: ``python -m benchmarks.planner [--json] [--objects N]``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from estimation.belief import Belief
+from estimation.measurement import Measurement
+from estimation.network import Network, Property
+from estimation.sensor import Sensor
+from selection.baselines import greedy_per_node, random_choice
+from selection.information import information_gain
+from selection.lookahead import plan_ahead
+from selection.planner import ActionModel, PlanState, StopRules, plan
+from selection.virtual import VirtualObject
+
+SECONDS = {"mat-vision": 1, "mat-sound": 10, "cat-vision": 1, "density": 20, "elasticity": 15}
+SECONDS |= {"volume": 5, "friction": 12}
+CAP = 6
+
+
+def milliseconds(call: Callable[[], object], budget: float = 1.0) -> float:
+    """Return the best time of a call in several batches [ms]."""
+    call()
+    start = time.perf_counter()
+    call()
+    once = max(time.perf_counter() - start, 1e-6)
+    count = max(1, int(budget / 5 / once))
+    times = []
+    for _ in range(5):
+        start = time.perf_counter()
+        for _ in range(count):
+            call()
+        times.append((time.perf_counter() - start) / count)
+    return round(1e3 * min(times), 4)
+
+
+def speed() -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for scale in ("linear", "log"):
+        for materials, count in ((8, 5), (64, 8), (512, 8)):
+            rng = np.random.default_rng(0)
+            properties = tuple(
+                Property(
+                    f"p{i}",
+                    "material",
+                    "1",
+                    scale,
+                    tuple(rng.uniform(1, 10, materials)),
+                    tuple(rng.uniform(0.2, 2, materials)),
+                )
+                for i in range(count)
+            )
+            names = tuple(f"m{i}" for i in range(materials))
+            network = Network("speed", names, properties, (1 / materials,) * materials)
+            belief = Belief(network)
+            actions = tuple(ActionModel(f"p{i}", (Sensor(f"p{i}", 0.5),), 1.0) for i in range(5))
+            reading = Measurement("p0", 3.0, 0.5, "1")
+            found[f"{scale}, {materials} materials, {count} properties"] = {
+                "plan of 5 actions [ms]": milliseconds(lambda b=belief, a=actions: plan(b, a)),  # type: ignore[misc]
+                "update [ms]": milliseconds(lambda b=belief, r=reading: b.update(r).bank),  # type: ignore[misc]
+            }
+    network = Network.from_file("network-8x10")
+    belief, actions = Belief(network), seven_actions(network)
+    found["network-8x10"] = {"plan of 7 actions [ms]": milliseconds(lambda: plan(belief, actions))}
+    return found
+
+
+def seven_actions(network: Network) -> tuple[ActionModel, ...]:
+    return tuple(
+        ActionModel(name, (network.sensor(name),), float(seconds), repeat_cap=1)
+        for name, seconds in SECONDS.items()
+    )
+
+
+def closed_loop(policy: str, objects: int) -> dict[str, float]:
+    """Explore until P(material) >= 0.95 or six actions, on objects drawn from the published network."""
+    network = Network.from_file("network-8x10").without_unknown()
+    actions = {action.name: action for action in seven_actions(network)}
+    rules = StopRules(confidence=1.0)
+    counts, correct, confident = [], [], []
+    for i in range(objects):
+        thing, rng = VirtualObject(network, np.random.default_rng([11, i])), np.random.default_rng([12, i])
+        belief, state = Belief(network), PlanState()
+        while len(state.done) < CAP and max(belief.probabilities("material").values()) < 0.95:
+            repertoire = tuple(actions.values())
+            if policy == "exact":
+                name = plan(belief, repertoire, "material", 0.0, state, rules).choice
+            elif policy == "per node":
+                name = greedy_per_node(belief, repertoire, state)
+            else:
+                name = random_choice(repertoire, state, rng)
+            if name is None:
+                break
+            belief = thing.learn(belief, network.sensor(name))
+            state = state.after(actions[name])
+        found = belief.probabilities("material")
+        counts.append(len(state.done))
+        correct.append(belief.argmax("material") == thing.material)
+        confident.append(max(found.values()) >= 0.95)
+    return {
+        "objects": objects,
+        "actions until P >= 0.95, at most 6": round(float(np.mean(counts)), 3),
+        "standard error": round(float(np.std(counts) / np.sqrt(objects)), 3),
+        "known": round(float(np.mean(confident)), 3),
+        "correct": round(float(np.mean(correct)), 3),
+    }
+
+
+def calibration(objects: int) -> dict[str, float]:
+    """Return how true the probabilities are, a tenth of the objects being of no listed class."""
+    network = Network.from_file("thesis-3.1-erratum").with_unknown(0.1)
+    p, right, novel, called, pit = [], [], [], [], []
+    for i in range(objects):
+        thing, belief = VirtualObject(network, np.random.default_rng([31, i])), Belief(network)
+        for turn, name in enumerate(["weigh", "squeeze"] * 3):
+            belief = thing.learn(belief, network.sensor(name), turn)
+        found = belief.probabilities("material")
+        best = max(found, key=lambda key: found[key])
+        p.append(found[best])
+        right.append(best == thing.material)
+        novel.append(thing.material == "unknown")
+        called.append(best == "unknown")
+        pit.append(float(belief.marginal("density").cdf(thing.value("density"))))
+    index = np.minimum((np.array(p) * 10).astype(int), 9)
+    gap = np.abs(np.bincount(index, np.array(right, float) - np.array(p), minlength=10)).sum() / objects
+    is_novel, is_called, spread = np.array(novel), np.array(called), np.array(pit)
+    return {
+        "objects": objects,
+        "expected calibration error": round(float(gap), 4),
+        "coverage of 90 % intervals": round(float(np.mean((spread > 0.05) & (spread < 0.95))), 4),
+        "recall of novel objects": round(float(is_called[is_novel].mean()), 3),
+        "false alarms": round(float(is_called[~is_novel].mean()), 4),
+    }
+
+
+def lookahead(objects: int) -> dict[str, Any]:
+    """Return net values (bits about the material gained - price x time) of greedy and two-step runs."""
+    network = Network.from_file("network-8x10").without_unknown()
+    plain = seven_actions(network)
+    haptic = {"density", "elasticity", "friction"}
+    dear = tuple(replace(a, setup="grasp", setup_seconds=90.0) if a.name in haptic else a for a in plain)
+    coins, pair = shared_grasp()
+    cases = {
+        "two actions share a grasp of 60 s": (pair, 0.01, StopRules()),
+        "no set-up, no budget": (plain, 0.01, StopRules()),
+        "grasp 90 s, price 0.01": (dear, 0.01, StopRules()),
+        "budget 30 s": (plain, 0.0005, StopRules(budget_seconds=30.0)),
+    }
+    found: dict[str, Any] = {}
+    for name, (actions, price, rules) in cases.items():
+        table = {action.name: action for action in actions}
+        world = coins if actions is pair else network
+        values: dict[str, list[float]] = {"greedy": [], "two steps": []}
+        for i in range(objects):
+            for policy, planner in (("greedy", plan), ("two steps", plan_ahead)):
+                thing = VirtualObject(world, np.random.default_rng([41, i]))
+                belief, state = Belief(world), PlanState()
+                start = belief.probabilities("material")[thing.material]
+                while choice := planner(belief, actions, "material", price, state, rules).choice:
+                    for sensor in table[choice].sensors:
+                        belief = thing.learn(belief, sensor)
+                    state = state.after(table[choice])
+                end = belief.probabilities("material")[thing.material]
+                values[policy].append(float(np.log2(end / start)) - price * state.spent_seconds)
+        difference = np.array(values["two steps"]) - np.array(values["greedy"])
+        found[name] = {
+            "greedy [bits]": round(float(np.mean(values["greedy"])), 3),
+            "two steps [bits]": round(float(np.mean(values["two steps"])), 3),
+            "difference [bits]": round(float(difference.mean()), 3),
+            "standard error [bits]": round(float(difference.std() / np.sqrt(objects)), 3),
+        }
+    return found
+
+
+def shared_grasp() -> tuple[Network, tuple[ActionModel, ...]]:
+    """Return two classes and two actions, each of which teaches less than grasping costs."""
+    properties = tuple(Property(n, "material", "1", "linear", (0.0, 0.25), (0.1, 0.1)) for n in "xy")
+    network = Network("coins", ("a", "b"), properties, (0.5, 0.5), unknown=None)
+    actions = tuple(ActionModel(n, (Sensor(n, 0.05),), 1.0, "grasp", 60.0, repeat_cap=1) for n in "xy")
+    return network, actions
+
+
+def gains() -> dict[str, float]:
+    """Return exact gains of the published network, in nats."""
+    network = Network.from_file("network-8x10").without_unknown()
+    belief = Belief(network)
+    asked = [(n, "material") for n in ("mat-vision", "mat-sound", "density", "elasticity")]
+    asked += [("cat-vision", "category"), ("density", "elasticity"), ("mat-sound", "density")]
+    return {
+        f"I({target}; {name}) [nats]": round(
+            information_gain(belief, network.sensor(name), target) * float(np.log(2)), 4
+        )
+        for name, target in asked
+    }
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(prog="benchmarks.planner", description=__doc__)
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument("--objects", type=int, default=1000, help="objects per closed loop (default 1000)")
+    options = parser.parse_args(arguments)
+    found = {
+        "gains": gains(),
+        "speed": speed(),
+        "closed loop": {p: closed_loop(p, options.objects) for p in ("exact", "per node", "random")},
+        "calibration": calibration(max(3000, options.objects)),
+        "lookahead": lookahead(max(20, options.objects // 5)),
+    }
+    if options.json:
+        print(json.dumps(found, indent=1))
+        return
+    for topic, rows in found.items():
+        print(topic)
+        for name, value in rows.items():
+            print(f"  {name}: {value}")
+
+
+if __name__ == "__main__":
+    main()
