@@ -65,7 +65,11 @@ def fit_with_noise(
         leverage = np.einsum("ijk,kl,ijl->ij", rows, covariance, rows)
         freedom = (belief.reading * (1 - leverage)).sum(axis=0)
         if freedom.sum() < joints / 2:
-            raise InvalidInput("payload: readings", f"{len(design)} poses", "more poses, or the noise given (sd)")
+            raise InvalidInput(
+                "payload: readings",
+                f"{len(design)} poses",
+                "more poses, or the noise given (sd; of holds, hold_sd)",
+            )
         squares = (belief.reading * (fit.residual / sd) ** 2).sum(axis=0)
         ratio = (squares + POOL * squares.sum() / freedom.sum()) / (freedom + POOL)
         target = np.maximum(ratio * sd**2 - known, 1e-6 * known + 1e-12).mean(axis=0)
