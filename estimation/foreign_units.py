@@ -26,6 +26,7 @@ _NO_UNIT = ("", "1", "-", "none")
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _TOKEN = re.compile(r"([A-Za-zµμΩ°%]+)\s*\^?\s*([+-]?\d)?(?!\d)")
 _LONGEST = 40
+_HIGHEST = 9  # power of a unit
 
 
 @dataclass(frozen=True)
@@ -73,6 +74,8 @@ def parse_unit(text: str, where: str = "unit") -> Unit:
         (_registry().Quantity(Fraction(1), expression) * 2).to_base_units()  # an offset unit can not be multiplied
     except (pint.PintError, ValueError, TypeError, ArithmeticError, AttributeError) as error:
         raise InvalidInput(where, text, f"a unit such as kg, g/cm^3, kPa or mm ({error})") from None
+    if any(power != int(power) or abs(power) > _HIGHEST for power in quantity._units.values()):
+        raise InvalidInput(where, text, f"a unit whose powers are whole and at most {_HIGHEST}")
     si = _by_dimension().get(frozenset(quantity.dimensionality.items()), "")
     if si == "1" and _ANGLE.search(expression):
         si = "rad"
@@ -110,6 +113,8 @@ def _expression(text: str, where: str) -> str:
             if match is None:
                 raise InvalidInput(where, text, "a unit such as kg, g/cm^3, kPa or mm")
             name, power = match.group(1), int(match.group(2) or 1)
+            if power == 0:
+                raise InvalidInput(where, text, "a unit such as kg, g/cm^3, kPa or mm")
             factors.append(f"{_NAMES.get(name, name)}**{power if place == 0 else -power}")
             at = match.end()
             at += len(body[at:]) - len(body[at:].lstrip())

@@ -14,6 +14,7 @@ Array = NDArray[np.float64]
 HUBER = 1.345  # sd at which a residual's weight starts to fall, in the warm start
 START_ROUNDS, MAX_ROUNDS, TOLERANCE = 4, 100, 1e-7
 NOISE_ROUNDS = 20
+LEAST_NOISE = 1e-6  # of what a joint is built for; with less the graph loses its digits, and no sensor has less
 LONGEST_CHAIN = 200  # readings whose leverages, dense in the biases of all, are still quick to compute
 POOL = 3.0  # degrees of freedom that the joints lend each other's noise
 
@@ -65,14 +66,15 @@ def fit_with_noise(
         leverage = np.einsum("ijk,kl,ijl->ij", rows, covariance, rows)
         freedom = (belief.reading * (1 - leverage)).sum(axis=0)
         if freedom.sum() < joints / 2:
-            raise InvalidInput(
-                "payload: readings",
-                f"{len(design)} poses",
-                "more poses, or the noise given (sd; of holds, hold_sd)",
-            )
+            if (1 - leverage).sum() < joints / 2:
+                advice = "more poses, or the noise given (sd; of holds, hold_sd)"
+                raise InvalidInput("payload: readings", f"{len(design)} poses", advice)
+            common, fit = 4 * common, None  # too small: most readings were taken for outliers
+            continue
         squares = (belief.reading * (fit.residual / sd) ** 2).sum(axis=0)
         ratio = (squares + POOL * squares.sum() / freedom.sum()) / (freedom + POOL)
-        target = np.maximum(ratio * sd**2 - known, 1e-6 * known + 1e-12).mean(axis=0)
+        least = 1e-6 * known + (LEAST_NOISE * design.scale) ** 2
+        target = np.maximum(ratio * sd**2 - known, least).mean(axis=0)
         settled = bool(np.all(np.abs(target - common) <= 0.01 * (common + known.mean(axis=0))))
         common = target
         if settled:
@@ -111,7 +113,7 @@ def _first_guess(design: Design, drift: Array, pose_sd: Array) -> Array:
     """Return a variance of each joint's readings, from an unweighted fit and what the joints are built for."""
     residual = solve(design, np.ones_like(design.torque), drift, pose_sd).residual
     share = 1.4826 * np.median(np.abs(residual / design.scale))
-    return np.asarray((max(float(share), 1e-9) * design.scale) ** 2)
+    return np.asarray((max(float(share), LEAST_NOISE) * design.scale) ** 2)
 
 
 def _whitened(design: Design, belief: Responsibility, drift: Array, pose_sd: Array) -> tuple[Array, Array]:

@@ -24,10 +24,14 @@ from dynamics.errors import InvalidInput, PalpateError
 from dynamics.gripper import ParallelGripper, robotiq_2f85
 from estimation.stiffness import estimate_stiffness
 from estimation.stiffness_estimate import StiffnessEstimate
-from estimation.stiffness_repeats import FusedStiffness, calibrate_series_stiffness, fuse_stiffness
+from estimation.stiffness_repeats import (
+    FusedStiffness,
+    calibrate_series_stiffness,
+    fuse_stiffness,
+    without_gripper,
+)
 
 COLUMNS = ("force_N", "opening_m")
-WIDTH = 0.05  # m; of an object whose width nobody knows, until its squeezes have told it
 
 
 @dataclass(frozen=True)
@@ -66,7 +70,8 @@ def read_squeeze(path: Path, geometry: Geometry) -> StressStrain:
 
 def series_stiffness_of(paths: Sequence[Path]) -> tuple[float, float]:
     """Return stiffness of gripper and pads and its standard deviation, from squeezes of a rigid block [N/m]."""
-    plain = Geometry("box", WIDTH, WIDTH)
+    width = _widest(paths)
+    plain = Geometry("box", width, width)
     return calibrate_series_stiffness([read_squeeze(path, plain) for path in paths])
 
 
@@ -88,12 +93,24 @@ def estimate_files(
         poisson: Poisson's ratio.
         series: stiffness of gripper and pads, and its standard deviation [N/m].
     """
-    known = WIDTH if width is None else width
-    estimates = _estimates(paths, shape, known, poisson, series)
+    known = _widest(paths) if width is None else width
+    estimates = _estimates(paths, shape, known, poisson, (math.inf, 0.0) if width is None else series)
     if width is None:
         known = float(np.median([e.onset for e in estimates]))
         estimates = _estimates(paths, shape, known, poisson, series)
-    return SqueezedObject(name, estimates, fuse_stiffness(estimates))
+    if math.isinf(series[0]):
+        return SqueezedObject(name, estimates, fuse_stiffness(estimates))
+    together = _estimates(paths, shape, known, poisson, (math.inf, 0.0))
+    return SqueezedObject(name, estimates, without_gripper(fuse_stiffness(together), together, *series))
+
+
+def _widest(paths: Sequence[Path]) -> float:
+    """Return the widest opening in some files, which no object in them exceeds [m]."""
+    metre = Geometry("box", 1.0, 1.0)
+    openings = [
+        1.0 - float(np.min(curve.strain)) for curve in (read_squeeze(path, metre) for path in paths) if len(curve)
+    ]
+    return min(max(openings, default=0.1), 1.0)
 
 
 def _estimates(

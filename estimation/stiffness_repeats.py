@@ -7,6 +7,7 @@ share takes that back. The calibration of force is common to all, so it is not a
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,7 +28,8 @@ Array = NDArray[np.float64]
 ODD_RATE = 0.05  # share of squeezes that went wrong
 ODD_SCALE = 6.0  # how much wider their errors are
 ROUNDS = 30
-TWO_SIDED = 1.96
+TWO_SIDED, ONE_SIDED = 1.96, 1.645
+LEAST_LEFT = 0.02  # of the compression, that the object must have had for a modulus
 WELL_KNOWN = 0.3  # relative sd of a modulus
 WEAK = 10.0  # sd of the log of a modulus of which nothing is known, and of the width in metres
 
@@ -96,7 +98,10 @@ def fuse_stiffness(estimates: Sequence[StiffnessEstimate], *, same_width: bool =
     gain = max(
         math.sqrt(max((e.sd / e.young_modulus) ** 2 - (e.reading_sd / e.young_modulus) ** 2, 0.0)) for e in valued
     )
-    scatter, inlier = 0.0, np.ones(len(valued))
+    # From the median on: a mean would take a squeeze that went wrong for scatter of all.
+    mean = np.median(read, axis=0)
+    scatter = _first_scatter(read, noise, mean)
+    inlier = _inlier(read, noise, scatter, mean, same_width=False)
     mean, covariance = _solve(read, noise, inlier, scatter, gain, same_width)
     for _ in range(ROUNDS):
         before = scatter
@@ -118,6 +123,52 @@ def fuse_stiffness(estimates: Sequence[StiffnessEstimate], *, same_width: bool =
         scatter=scatter,
         weights=weights,
     )
+
+
+def without_gripper(
+    fused: FusedStiffness, estimates: Sequence[StiffnessEstimate], stiffness: float, stiffness_sd: float
+) -> FusedStiffness:
+    """Take the give of gripper and pads off a fused stiffness.
+
+    At the largest force F of the squeezes, the object is compressed by u = u_series - F / k, and
+    E = F / (A h(u / L)). Fusing first keeps the scatter of single squeezes out of a correction that magnifies it.
+
+    Args:
+        fused: of estimates whose geometry has no series compliance.
+        estimates: those estimates.
+        stiffness, stiffness_sd: of gripper and pads [N/m].
+    """
+    valued = [e for e in estimates if e.bound is None]
+    if not valued or fused.bound is not None:
+        return fused
+    geometry = valued[0].geometry
+    force = float(np.median([e.stress(e.max_strain) for e in valued])) * geometry.area
+
+    def object_alone(series: float, k: float) -> float:
+        strains = np.linspace(0.0, 1.0, 20001)
+        h = force / geometry.area / series
+        total = float(np.interp(h, geometry.law_of(strains), strains)) * geometry.width
+        left = total - force / k
+        if left <= LEAST_LEFT * total:
+            return math.inf
+        return force / geometry.area / float(geometry.law_of(np.array([left / geometry.width]))[0])
+
+    margin = min(TWO_SIDED * stiffness_sd, 0.95 * stiffness)
+    modulus = object_alone(fused.young_modulus, stiffness)
+    softer = (object_alone(fused.interval[0], stiffness), object_alone(fused.young_modulus, stiffness + margin))
+    stiffer = (object_alone(fused.interval[1], stiffness), object_alone(fused.young_modulus, stiffness - margin))
+    least = (fused.interval[0] / fused.young_modulus) ** (ONE_SIDED / TWO_SIDED)
+    if math.isinf(modulus) or any(math.isinf(v) for v in stiffer):
+        # One-sided: what the object must be if gripper and pads are as soft as they may not be.
+        bound = object_alone(fused.young_modulus * least, stiffness + ONE_SIDED * stiffness_sd)
+        bound = max(fused.young_modulus * least, bound if math.isfinite(bound) else 0.0)
+        return dataclasses.replace(
+            fused, young_modulus=math.nan, sd=math.inf, interval=(bound, math.inf), bound=bound
+        )
+    low = modulus * math.exp(-math.hypot(*(math.log(modulus / v) for v in softer)))
+    high = modulus * math.exp(math.hypot(*(math.log(v / modulus) for v in stiffer)))
+    sd = modulus * math.log(high / low) / (2 * TWO_SIDED)
+    return dataclasses.replace(fused, young_modulus=modulus, sd=sd, interval=(low, high))
 
 
 def calibrate_series_stiffness(rigid: Sequence[StressStrain], *, same_width: bool = True) -> tuple[float, float]:
@@ -192,6 +243,12 @@ def _solve(
     solution = graph.solve(truth)
     inverse = np.linalg.inv(solution.root)
     return solution[truth], inverse @ inverse.T
+
+
+def _first_scatter(read: Array, noise: Array, mean: Array) -> float:
+    """Return a first guess of the scatter, from the median of the residuals."""
+    spread = 1.4826 * float(np.median(np.abs(read[:, 0] - mean[0])))
+    return math.sqrt(max(spread**2 - float(np.median(noise[:, 0, 0])), 0.0))
 
 
 def _scatter(read: Array, noise: Array, inlier: Array, mean: Array, same_width: bool) -> float:

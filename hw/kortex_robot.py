@@ -63,12 +63,13 @@ Confirm = Callable[[str], bool]
 
 
 class KortexRobot:
-    """The arm, connected. Use it as a context manager: it then also stops the arm on SIGTERM and SIGHUP.
+    """The arm, connected; a context manager that closes the connection.
 
-    Nothing moves before the check has passed and the first motion was confirmed. Once the arm cannot be
-    trusted any more (feedback lost, fault, limit exceeded), it is told to stop and every further call raises
+    Nothing moves before the check has passed and the first motion was confirmed. From then on until it is closed,
+    SIGTERM and SIGHUP leave through SystemExit, which stops the arm like any exception does. Once the arm cannot
+    be trusted any more (feedback lost, fault, limit exceeded), it is told to stop and every further call raises
     the reason; connect anew after looking at it. In a dry run nothing moves and no sample is handed on:
-    trajectories are checked here and by the arm, and `read` says where the arm would stand.
+    trajectories are checked here, the first one by the arm too, and `read` says where the arm would stand.
 
     Args:
         host: name or address of the arm.
@@ -120,9 +121,6 @@ class KortexRobot:
             raise
 
     def __enter__(self) -> KortexRobot:
-        if threading.current_thread() is threading.main_thread():
-            for number in (signal.SIGTERM, signal.SIGHUP):
-                self._handlers[number] = signal.signal(number, _leave)
         return self
 
     def __exit__(
@@ -202,9 +200,10 @@ class KortexRobot:
         if np.abs(trajectory.q - q).max() <= UNMOVED:
             self.hold(trajectory.duration)
             return
-        points = waypoints(trajectory)
+        points = waypoints(trajectory, self.settings.limits.speed_share * self._arm.velocity_limit)
         command = client.waypoint_list(units.angles_to_arm(points.q).tolist(), points.durations.tolist())
-        _refuse(client.validate(self._tcp, command))
+        if self._planned is None:  # the arm can judge a motion only from where it stands
+            _refuse(client.validate(self._tcp, command))
         if self.settings.dry_run:
             self._planned = replace(self.read(), q=trajectory.q[-1], dq=np.zeros(self._arm.nv))
             return
@@ -212,7 +211,7 @@ class KortexRobot:
             self._events.get_nowait()
         with self._stopping():
             client.execute(self._tcp, command)
-            self._await_end(trajectory.duration)
+            self._await_end(float(points.durations.sum()))
             self._await_rest(trajectory.q[-1])
 
     def hold(self, seconds: float) -> None:
@@ -329,6 +328,9 @@ class KortexRobot:
             question = f"The arm at {self._host} is about to move. Is its workspace clear?"
             if self._confirm is None or not self._confirm(question):
                 raise NotConfirmed("the first motion was not confirmed; nothing has moved")
+        if threading.current_thread() is threading.main_thread():
+            for number in (signal.SIGTERM, signal.SIGHUP):
+                self._handlers[number] = signal.signal(number, _leave)
         self._armed = True
 
     def _take(self) -> list[Sample]:

@@ -33,11 +33,17 @@ class Waypoints:
     deviation: float
 
 
-def waypoints(trajectory: Trajectory, tolerance: float = TOLERANCE) -> Waypoints:
+def waypoints(trajectory: Trajectory, speed_limit: Array, tolerance: float = TOLERANCE) -> Waypoints:
     """Return the fewest evenly timed waypoints whose cubic spline, from rest to rest, is the trajectory.
 
-    The arm runs a spline through angular waypoints at the given durations; a straight run of a few
-    waypoints keeps the arm's own check and the wire small.
+    The arm runs a spline through angular waypoints at the given durations, and few waypoints keep its own check
+    and the wire small. Between them the spline may run a little faster than the trajectory; where even many
+    waypoints leave it beyond the speed limit, all durations are stretched by what it takes.
+
+    Args:
+        trajectory: the motion.
+        speed_limit: of each joint [rad/s], (nv,).
+        tolerance: how far the spline may be off [rad].
 
     Raises:
         MotionRefused: if no ``MAX_WAYPOINTS`` come within the tolerance, as with a sharp corner.
@@ -48,9 +54,10 @@ def waypoints(trajectory: Trajectory, tolerance: float = TOLERANCE) -> Waypoints
         knots = np.array([trajectory.position(time) for time in times])
         spline = CubicSpline(times, knots, bc_type="clamped")
         deviation = float(np.abs(spline(trajectory.time) - trajectory.q).max())
-        if deviation <= tolerance:
-            return Waypoints(knots[1:], np.diff(times), deviation)
-        if count >= MAX_WAYPOINTS:
+        excess = float((np.abs(spline(trajectory.time, 1)) / speed_limit).max())
+        if deviation <= tolerance and (excess <= 1 or count == MAX_WAYPOINTS):
+            return Waypoints(knots[1:], np.diff(times) * max(excess, 1.0), deviation)
+        if count == MAX_WAYPOINTS:
             raise MotionRefused(
                 f"the trajectory is {np.degrees(deviation):.2f} deg off a smooth run through {count} waypoints; "
                 f"valid: {np.degrees(tolerance):.2f} deg. A sharp corner needs two trajectories."

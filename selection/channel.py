@@ -161,9 +161,7 @@ def _log_channel(found: Predictive, component: np.ndarray, sensor: Sensor, per_s
     ends = np.arcsinh(np.array([np.min(np.exp(edges) - reach), np.max(np.exp(edges) + reach)]) / knee)
     y, step = mixture_nodes(np.arcsinh(centre / knee), np.minimum(width, 1.0), per_sd, ends=ends)
     z, weights = knee * np.sinh(y), step * knee * np.cosh(y)
-    columns = log_columns(
-        mean, found.variance, z, max(sensor.sd, 1e-9 * float(centre.min())), sensor.relative_sd
-    )
+    columns = log_columns(mean, found.variance, z, max(sensor.sd, 1e-9 * float(centre.min())), sensor.relative_sd)
     columns /= weights @ columns
     nodes = mean[:, None] + sd[:, None] * _SPLIT
     log_noise = np.log(np.hypot(max(sensor.sd, 1e-300), sensor.relative_sd * np.exp(nodes)))

@@ -15,7 +15,7 @@ from dynamics.errors import InvalidInput, MotionRefused
 from dynamics.robot import GripResult, Robot
 from dynamics.trajectory import Trajectory, time_path
 
-MOVE = np.array([0.1, -0.08, 0.08, 0.1, -0.08, 0.08, 0.15])  # rad
+MOVE = np.array([0.04, -0.04, 0.04, 0.05, -0.15, 0.15, 0.25])  # rad; quick where the joints are
 ARRIVAL = 0.03  # rad; servos that give way under gravity may stay that far off
 TORQUE = 4.0  # N m of offsets, noise and friction that a torque reading at rest may carry
 STEP = 0.011  # s; 100 Hz and a tenth for the clock
@@ -71,8 +71,8 @@ def torque_at_rest_is_gravity_with_its_sign(robot):
 
 def hold_stands_still_and_samples(robot):
     samples = recorded(robot)
-    robot.hold(0.5)
-    assert_steady(samples, 0.5)
+    robot.hold(0.3)
+    assert_steady(samples, 0.3)
     q = np.array([s.q for s in samples])
     assert np.ptp(q, axis=0).max() < 0.01
     robot.hold(0.0)
@@ -162,7 +162,7 @@ def grip_reaches_an_opening_in_air(robot):
 
 def grip_samples_while_it_moves(robot):
     samples = recorded(robot)
-    robot.grip(0.065, 0.05, math.inf)
+    robot.grip(0.072, 0.05, math.inf)
     times = np.array([s.time for s in samples])
     assert np.all(np.diff(times) > 0)
     assert (times[-1] - times[0]) / (len(times) - 1) <= STEP
@@ -174,8 +174,8 @@ def grip_samples_while_it_moves(robot):
 def grip_runs_slower_when_asked_to(robot):
     def seconds(speed):
         samples = recorded(robot)
-        robot.grip(0.06, speed, math.inf)
-        moving = [s.time for s in samples if 0.062 < s.opening < 0.08]
+        robot.grip(0.07, speed, math.inf)
+        moving = [s.time for s in samples if 0.072 < s.opening < 0.08]
         robot.grip(0.085, 0.15, math.inf)
         return moving[-1] - moving[0]
 
@@ -209,7 +209,7 @@ def a_listener_that_fails_stops_the_motion(robot):
     class Full(Exception):
         pass
 
-    trajectory = motion(robot, 3 * MOVE, 0.4)
+    trajectory = motion(robot, 3 * MOVE)
     start, seen = robot.read(), []
 
     def sink(sample):

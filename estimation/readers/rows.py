@@ -141,7 +141,8 @@ class Rows:
             self._gripper = state.names.index(known[0])
             self._closed = self.mapping.gripper_closed or GRIPPER_JOINTS.get(known[0], 0.8)
         self.names = tuple(name for n, name in enumerate(state.names) if n != self._gripper)
-        self.kortex = is_kortex(tuple(sorted(self.names)))
+        # Other makers name their joints so, too: only with the gripper's joint it is surely a Kortex driver.
+        self.kortex = known != [] and not gripper and is_kortex(tuple(sorted(self.names)))
         return True
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -150,6 +150,7 @@ class Recording:
         started: when the run began, in universal time, where it is known.
         joint_names: in the order of the columns; empty when unknown.
         complete: whether the recording was closed properly.
+        clock: the robot's own time of every sample, where it began anew during the run [s], (N,).
         rejections: rows that could not be used.
         notes: what a reader should know of how the data were understood.
     """
@@ -165,6 +166,7 @@ class Recording:
     started: str = ""
     joint_names: tuple[str, ...] = ()
     complete: bool = True
+    clock: Array | None = None
     rejections: Rejections = Rejections()
     notes: tuple[str, ...] = ()
 
@@ -174,5 +176,9 @@ class Recording:
         return tuple(self.phase(mark) for mark in self.marks)
 
     def phase(self, mark: Mark) -> Phase:
-        """Return one marked phase with its samples."""
-        return Phase(mark.action, mark.name, mark.index, self.samples[mark.start : mark.stop].as_tuple())
+        """Return one marked phase with its samples; their times are the robot's own."""
+        rows = slice(mark.start, mark.stop)
+        samples = self.samples[rows]
+        if self.clock is not None:
+            samples = replace(samples, time=self.clock[rows])
+        return Phase(mark.action, mark.name, mark.index, samples.as_tuple())

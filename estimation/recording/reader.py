@@ -37,6 +37,7 @@ def read_recording(path: Path) -> Recording:
         config = _read_toml(toml)
     return Recording(
         source=path,
+        clock=builder.clock(),
         samples=builder.samples(),
         marks=tuple(builder.marks),
         decisions=tuple(builder.decisions),
@@ -66,6 +67,8 @@ class _Builder:
         self.complete = True
         self.notes: list[str] = []
         self._parts: dict[str, list[NDArray[np.float64]]] = {}
+        self._clock: list[NDArray[np.float64]] = []
+        self._shifted = False
         self._count = 0
         self._end = 0.0
 
@@ -74,6 +77,10 @@ class _Builder:
         if not self._parts:
             return no_samples(len(self.joint_names))
         return Samples(*(np.concatenate(self._parts.pop(name)) for name in COLUMNS))
+
+    def clock(self) -> NDArray[np.float64] | None:
+        """Return the robot's own times, if they are others than the samples'."""
+        return np.concatenate(self._clock) if self._shifted and self._clock else None
 
     def add_segment(self, file: Path) -> None:
         """Add one file."""
@@ -94,7 +101,11 @@ class _Builder:
         self.started = self.started or part.started
         for name in COLUMNS if part.count else ():
             blocks = part.blocks(name)
-            self._parts.setdefault(name, []).extend([b + shift for b in blocks] if name == "time" else blocks)
+            if name == "time":
+                self._clock += blocks
+                blocks = [block + shift for block in blocks] if shift else blocks
+            self._parts.setdefault(name, []).extend(blocks)
+        self._shifted |= shift != 0.0
         base = self._count
         self.marks += [Mark(m.action, m.name, m.index, m.start + base, m.stop + base) for m in part.marks]
         self._count += part.count

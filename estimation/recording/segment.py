@@ -22,7 +22,7 @@ from estimation.measurement import Measurement
 from estimation.recording.cdr import Layout, decode
 from estimation.recording.chunks import read_chunks
 from estimation.recording.data import Entry, Mark, Recorded
-from estimation.recording.stream import BELIEF, DECISION, GRIPPER, JOINTS, MEASUREMENT, PHASE, RUN
+from estimation.recording.stream import BELIEF, DECISION, GRIPPER, GRIPPER_NAMES, JOINTS, MEASUREMENT, PHASE, RUN
 
 Array = NDArray[np.float64]
 
@@ -30,23 +30,26 @@ COLUMNS = ("time", "q", "dq", "tau", "opening", "effort")
 
 _MESSAGE = struct.Struct("<BQHIQQ")
 _HEAD = 11  # bytes of a message record that are equal within a channel: opcode, length, channel
-_LOG_TIME, _DATA = 15, 31  # where the time and the message stand in a message record
+_DATA = 31  # where the message stands in its record
 _TOPICS = (JOINTS, GRIPPER, RUN, PHASE, DECISION, MEASUREMENT, BELIEF)
 
 
 class _Form:
     """The records of one channel of samples: what they begin with and where their numbers stand."""
 
-    def __init__(self, chunk: bytes, at: int, size: int, is_joints: bool) -> None:
-        first = decode(chunk[at + _DATA : at + size])
+    def __init__(self, chunk: bytes, place: int, size: int, is_joints: bool) -> None:
+        first = decode(chunk[place + _DATA : place + size])
         layout = Layout(first.names, velocity=is_joints)
         if layout.size != size - _DATA:
             raise ValueError("an unknown layout of joint states")
+        if not is_joints and first.names != GRIPPER_NAMES:
+            raise ValueError(f"gripper states of {first.names}")
         self.names = first.names
         self.size = size
-        self.head = np.frombuffer(chunk, np.uint8, _HEAD, at)
+        self.head = np.frombuffer(chunk, np.uint8, _HEAD, place)
         width = 8 * len(first.names)
-        self.fields = [slice(_DATA + start, _DATA + start + width) for start in layout.fields]
+        widths = (width, width if is_joints else 0, width)
+        self.fields = [slice(_DATA + at, _DATA + at + w) for at, w in zip(layout.fields, widths, strict=True)]
 
 
 class Segment:
@@ -161,19 +164,19 @@ class Segment:
 
     def _take(self, topic: str, form: _Form, table: NDArray[np.uint8]) -> None:
         """Take the numbers out of records of one channel, (n, size) bytes."""
+        values = [
+            np.ascontiguousarray(table[:, span]).view("<f8").astype(float, copy=False) for span in form.fields
+        ]
         if topic == JOINTS:
-            stamps = np.ascontiguousarray(table[:, _LOG_TIME : _LOG_TIME + 8]).view("<u8")[:, 0]
-            times = stamps.astype(float) / 1e9
-            self._blocks["time"].append(times)
-            self._see(float(times[0]))
-            self._see(float(times[-1]))
-            names: tuple[str, ...] = ("q", "dq", "tau")
-            fields = form.fields
+            for name, column in zip(("q", "dq", "tau"), values, strict=True):
+                self._blocks[name].append(column)
         else:
-            names, fields = ("opening", "effort"), [form.fields[0], form.fields[2]]
-        for name, span in zip(names, fields, strict=True):
-            values = np.ascontiguousarray(table[:, span]).view("<f8").astype(float, copy=False)
-            self._blocks[name].append(values if topic == JOINTS else values[:, 0])
+            opening, time = values[0].T.copy()
+            self._blocks["opening"].append(opening)
+            self._blocks["time"].append(time)
+            self._blocks["effort"].append(values[2][:, 0])
+            self._see(float(time[0]))
+            self._see(float(time[-1]))
         self._rows[topic] += len(table)
 
     def _see(self, time: float) -> None:

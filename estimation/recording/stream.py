@@ -24,7 +24,7 @@ from estimation.recording.files import CannotRecord
 JOINTS, GRIPPER = "/joint_states", "/gripper"
 RUN, PHASE, DECISION, MEASUREMENT, BELIEF = "/run", "/phase", "/decision", "/measurement", "/belief"
 LIBRARY = "palpate"  # what the header of the file calls its writer
-GRIPPER_NAME = "opening_m_and_current_A"
+GRIPPER_NAMES = ("gripper", "robot_clock")  # opening [m] and current [A]; the exact time, for stamps are whole ns
 
 FLUSH_PERIOD = 0.2  # s, of the wall or of the robot's clock, whichever comes first
 CAPACITY = 120_000  # samples that may wait for a disk that stalls: 2 minutes at 1 kHz
@@ -177,7 +177,7 @@ class MessageStream:
         q, dq, tau = (np.asarray(part, float).tolist() for part in (sample.q, sample.dq, sample.tau))
         add = self._writer.add_message
         add(self._channels[JOINTS], at, joints.encode(at, q, dq, tau), at)
-        opening, effort = [float(sample.opening)], [float(sample.effort)]
+        opening, effort = [float(sample.opening), float(sample.time)], [float(sample.effort), 0.0]
         add(self._channels[GRIPPER], at, gripper.encode(at, opening, [], effort), at)
 
     def _open_sample_channels(self, count: int) -> tuple[Layout, Layout]:
@@ -187,7 +187,7 @@ class MessageStream:
         schema = self._writer.register_schema(SCHEMA_NAME, "ros2msg", SCHEMA.encode())
         for topic in (JOINTS, GRIPPER):
             self._channels[topic] = self._writer.register_channel(topic, "cdr", schema)
-        return Layout(names), Layout((GRIPPER_NAME,), velocity=False)
+        return Layout(names), Layout(GRIPPER_NAMES, velocity=False)
 
     def _json_channel(self, topic: str) -> int:
         import json

@@ -40,7 +40,6 @@ class RunWriter:
         self._object = object_name
         self._stream = stream
         self._count = count
-        self._time = 0.0
 
     @classmethod
     def create(
@@ -101,21 +100,27 @@ class RunWriter:
         past = read_recording(directory)
         _check_space(directory, space)
         segment = 1 + sum(1 for _ in directory.glob("run*.mcap"))
-        stream = MessageStream(directory / f"run-{segment}.mcap", joint_names or past.joint_names)
+        file = directory / f"run-{segment}.mcap"
+        stream = MessageStream(file, joint_names or past.joint_names)
         name = past.object_name or directory.name
         run = cls(directory, name, stream, len(past.measurements))
         opening = {"object_name": name, "config": past.config, "started": _now(), "segment": segment}
-        stream.put_event(topics.RUN, 0.0, to_json("run: config", opening))
-        stream.commit()
-        (directory / MEASUREMENTS).mkdir(exist_ok=True)
-        for number, recorded in enumerate(past.measurements, 1):
-            if not run._measurement_file(number, recorded.measurement).exists():
-                run._write_measurement(number, recorded.measurement)
+        try:
+            stream.put_event(topics.RUN, 0.0, to_json("run: config", opening))
+            stream.commit()
+            (directory / MEASUREMENTS).mkdir(exist_ok=True)
+            for number, recorded in enumerate(past.measurements, 1):
+                if not run._measurement_file(number, recorded.measurement).exists():
+                    run._write_measurement(number, recorded.measurement)
+        except (CannotRecord, OSError) as error:
+            with contextlib.suppress(CannotRecord):
+                stream.close()
+            file.unlink(missing_ok=True)
+            raise CannotRecord(f"{directory}: the run can not be continued: {error}") from error
         return run
 
     def sample(self, sample: Sample) -> None:
         """Keep a sample; made to be a listener of a robot, it returns at once."""
-        self._time = sample.time
         self._stream.put_sample(sample)
 
     def phase(self, action: str, name: str, index: int, time: float) -> None:

@@ -136,7 +136,17 @@ def _squeeze(state: _State, phases: Sequence[Phase], edge: int) -> Result:
     return measurements, bound
 
 
-KINDS: dict[str, Callable[[_State, Sequence[Phase], int], Result]] = {"weigh": _weigh, "squeeze": _squeeze}
+def _rub(state: _State, phases: Sequence[Phase], edge: int) -> Result:
+    from estimation.rubbing import measure_rub
+
+    return (measure_rub(state.known.arm, phases)[1],), ()
+
+
+KINDS: dict[str, Callable[[_State, Sequence[Phase], int], Result]] = {
+    "weigh": _weigh,
+    "squeeze": _squeeze,
+    "rub": _rub,
+}
 """For every kind of action the function that measures it; a further kind needs a line here."""
 
 

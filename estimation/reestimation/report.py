@@ -35,10 +35,13 @@ def report_of(log: Path, request: Request) -> Mapping[str, Any]:
         return _motion_report(log, request, mapping, arm or Arm.gen3())
     if isinstance(mapping, ColumnMap):
         mapping = LogMap()
+    if arm is None and not (log / "run.mcap").exists() and log.suffix != ".mcap":
+        arm = Arm.gen3()
     recording = read_log(log, mapping, arm)
+    if arm is None and not recording.config:  # a foreign log: to be checked against the arm that it is taken for
+        arm = Arm.gen3()
+        recording = read_log(log, mapping, arm)
     known = known_of(recording.config, arm, request.reference, request.object_file)
-    if arm is None and not recording.config:
-        recording = read_log(log, mapping, known.arm)  # a foreign log: check it against the arm it is taken for
     tares = [read_log(Path(path), mapping, known.arm) for path in request.tares]
     if not recording.marks and (request.drives or tares) and not _stands(recording.samples):
         empty = [as_joint_log(tare) for tare in tares]

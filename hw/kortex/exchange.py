@@ -38,7 +38,7 @@ class Timeouts:
     request: float = 1.5
     datagram: float = 0.006
     session: float = 10.0
-    connection: float = 2.0
+    connection: float = 5.0
 
 
 def session_request(credentials: Credentials, timeouts: Timeouts) -> pb.CreateSessionInfo:

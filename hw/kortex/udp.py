@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import select
 import socket
 import time
 
@@ -13,6 +12,8 @@ from hw.kortex.exchange import Credentials, Timeouts, answer, request_frame, ses
 from hw.kortex.frame import MAX_DATAGRAM, FrameType, decode, encode
 from hw.kortex.methods import A, Method, Q
 from hw.kortex.ports import UDP_PORT
+
+MAX_QUEUED = 1000  # datagrams that are looked at for one answer
 
 
 class UdpSession:
@@ -35,7 +36,6 @@ class UdpSession:
         try:
             self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
             self._socket.connect((host, port))
-            self._socket.setblocking(False)
         except (OSError, UnicodeError, OverflowError) as error:
             raise ConnectionFailed(f"no connection to {host}:{port} (UDP): {error}") from None
         try:
@@ -108,14 +108,17 @@ class UdpSession:
             raise ConnectionLost(f"{self.host}:{self.port} (UDP): {error}") from None
 
     def _await(self, method: Method[Q, A], asked: set[int], end: float) -> A | None:
-        """Return the answer to one of the open questions, None if none comes in time."""
-        while True:
-            left = end - time.monotonic()
-            if left < 0 or not select.select([self._socket], [], [], left)[0]:
-                return None
+        """Return the answer to one of the open questions, None if none comes in time.
+
+        What has arrived already is taken in any case: a busy machine may have let this thread wait.
+        """
+        for _ in range(MAX_QUEUED):
+            self._socket.settimeout(max(end - time.monotonic(), 0.0))
             try:
                 frame = decode(self._socket.recv(MAX_DATAGRAM))
-            except (FrameError, BlockingIOError):
+            except (TimeoutError, BlockingIOError):
+                return None
+            except FrameError:
                 continue
             except OSError as error:
                 raise ConnectionLost(f"{self.host}:{self.port} (UDP): {error}") from None
@@ -125,3 +128,4 @@ class UdpSession:
             if frame.session:
                 self.session = frame.session
             return answer(method, frame)
+        return None

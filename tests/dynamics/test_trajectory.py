@@ -66,6 +66,19 @@ def test_straight_lines_of_the_tool_respect_every_limit(arm, start, speed, goal)
     assert_within_limits(arm, trajectory, speed)
 
 
+@pytest.mark.parametrize("radius", [0.02, 0.1, 0.4])
+@pytest.mark.parametrize("speed", [0.3, 1.0])
+def test_tight_curves_respect_every_limit(arm, start, radius, speed):
+    # Twice round a circle in two joints: what bending alone takes, v^2 / r, decides how fast it can be gone round.
+    angle = np.linspace(0, 4 * np.pi, 400)
+    path = np.tile(start, (len(angle), 1))
+    path[:, 1] += radius * np.sin(angle)
+    path[:, 3] += radius * (1 - np.cos(angle))
+    trajectory = time_path(arm, path, speed)
+    assert_within_limits(arm, trajectory, speed)
+    assert distance_to_polyline(trajectory.q[::10], path).max() < 1e-3 * radius
+
+
 def test_speed_scales_the_duration(arm, start):
     path = straight_joints(start, start + 0.5)
     durations = [time_path(arm, path, speed).duration for speed in SPEEDS]

@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import tempfile
 import tomllib
 from pathlib import Path
 
@@ -50,7 +51,7 @@ def write_run(directory: Path, count: int = 60, finish: bool = True) -> list[Sam
 
 def equal(a: Sample, b: Sample) -> bool:
     arrays = all(np.array_equal(getattr(a, name), getattr(b, name)) for name in ("q", "dq", "tau"))
-    return arrays and (a.opening, a.effort) == (b.opening, b.effort) and abs(a.time - b.time) < 1e-9
+    return arrays and (a.time, a.opening, a.effort) == (b.time, b.opening, b.effort)
 
 
 def test_a_run_is_read_back(tmp_path: Path) -> None:
@@ -172,10 +173,26 @@ def test_a_run_is_resumed_with_everything_it_knew(tmp_path: Path) -> None:
     assert (killed / "measurements" / "003-elasticity.json").exists()
     assert np.all(np.diff(recording.samples.time) > 0)
     assert recording.phases[-1].action == "squeeze"
+    assert recording.phases[-1].samples[0].time == 0.0  # the robot's own
     assert len(recording.phases[-1].samples) == 1
     assert not recording.complete  # its first part was cut off
     with pytest.raises(InvalidInput, match="has not ended"):
         RunWriter.resume(killed)
+
+
+def test_a_run_that_can_not_be_continued_is_left_as_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    killed = copy_of_a_running_run(tmp_path)
+    before = sorted(path.name for path in killed.iterdir())
+
+    def fail(descriptor: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", fail)
+    with pytest.raises(CannotRecord, match="No space left"):
+        RunWriter.resume(killed)
+    assert sorted(path.name for path in killed.iterdir()) == before
 
 
 def test_what_is_not_empty_is_not_written_to(tmp_path: Path) -> None:
@@ -191,12 +208,20 @@ def test_a_place_that_is_no_folder_is_refused(tmp_path: Path) -> None:
         RunWriter.create(tmp_path / "file" / "run", {}, "cube")
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="nothing is read-only for the superuser")
-def test_a_read_only_folder_is_refused(tmp_path: Path) -> None:
-    tmp_path.chmod(0o555)
-    with pytest.raises(CannotRecord, match="Permission"):
-        RunWriter.create(tmp_path / "run", {}, "cube")
-    tmp_path.chmod(0o755)
+def test_a_read_only_folder_is_refused() -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder).chmod(0o555)
+        user = os.geteuid()
+        if user == 0:  # nothing is read-only for the superuser
+            os.seteuid(65534)
+        try:
+            with pytest.raises(CannotRecord, match="Permission denied"):
+                RunWriter.create(Path(folder) / "run", {}, "cube")
+            with pytest.raises(CannotRecord, match="Permission denied"):
+                RunWriter.create(Path(folder), {}, "cube")
+        finally:
+            os.seteuid(user)
+            Path(folder).chmod(0o755)
 
 
 def test_a_read_only_file_system_is_refused() -> None:

@@ -202,3 +202,16 @@ def test_confirmation_is_asked_once(emulator):
         robot.grip(0.08, 0.1, 1.0)
     assert len(asked) == 1
     assert "127.0.0.1" in asked[0]
+
+
+def test_an_answer_that_waits_is_taken_even_when_it_is_late(emulator, monkeypatch):
+    session = UdpSession("127.0.0.1", ADMIN, emulator.udp_port)
+    send = session._send
+
+    def busy(datagram):
+        send(datagram)
+        time.sleep(0.05)  # the machine has other things to do
+
+    monkeypatch.setattr(session, "_send", busy)
+    assert len(session.request(methods.REFRESH_FEEDBACK, within=0.02, each=0.01).actuators) == 7
+    session.close()

@@ -22,6 +22,8 @@ from sim.truth import read_truth
 from tests.conformance import CHECKS, MOVE, motion
 from tests.hw.conftest import driving, serving
 
+THOROUGH = ["--quiet", "--price", "0.0005", "--confidence", "0.9999"]  # weighs and squeezes
+
 
 @pytest.fixture
 def simulated():
@@ -86,12 +88,13 @@ def test_exploration_through_the_emulator_finds_what_the_simulation_finds(tmp_pa
         found = {}
         try:
             for name in ("sim", "kortex"):
-                assert run.main(["--robot", name, "--out", str(tmp_path / name), "--quiet"]) == 0
+                assert run.main(["--robot", name, "--out", str(tmp_path / name), *THOROUGH]) == 0
                 found[name] = measured(tmp_path / name)
         finally:
             server.send_signal(signal.SIGTERM)
             server.wait(5)
     assert {"mass", "elasticity"} <= set(found["sim"]) & set(found["kortex"])
+    print(found)
     for quantity in found["sim"]:
         one, other = found["sim"][quantity], found["kortex"][quantity]
         assert abs(one[0] - other[0]) < 3 * math.hypot(one[1], other[1]), quantity

@@ -68,7 +68,7 @@ def test_a_tare_makes_zeroing_unnecessary(monkeypatch):
         ):
             robot.follow(motion(robot, MOVE))
         with driving(emulator, torque_tolerance=(4.0,) * 7) as robot:
-            tare = fit_tare(robot.arms, *visit_poses(robot, STEPS[:4] / 3))
+            tare = fit_tare(robot.arms, *visit_poses(robot, STEPS[[0, 3, 5]] / 3))
         assert tare.revision == "BRAKES"
         assert np.abs(tare.offset - OFFSET).max() < 0.03
         with driving(emulator, revision="BRAKES", tare=tare) as robot:

@@ -76,9 +76,7 @@ def test_grasping_alone_would_never_be_chosen() -> None:
 
 
 def test_stopping() -> None:
-    sure = BELIEF.update(Measurement("mass", 0.1, 0.001, "kg")).update(
-        Measurement("elasticity", 5e4, 2e3, "Pa")
-    )
+    sure = BELIEF.update(Measurement("mass", 0.1, 0.001, "kg")).update(Measurement("elasticity", 5e4, 2e3, "Pa"))
     assert plan(sure, ACTIONS).stop == CONFIDENT
     assert plan(BELIEF, ACTIONS, price=1.0).stop == NOTHING_WORTH
     assert plan(BELIEF, ACTIONS, rules=StopRules(budget_seconds=10.0)).stop == OUT_OF_BUDGET
@@ -192,9 +190,7 @@ def test_lookahead_sees_no_need_without_set_ups_and_budgets() -> None:
 
 
 def test_lookahead_values_are_at_least_greedy_ones() -> None:
-    for one, two in zip(
-        plan(BELIEF, ACTIONS).scores, plan_ahead(BELIEF, ACTIONS, outcomes=3).scores, strict=True
-    ):
+    for one, two in zip(plan(BELIEF, ACTIONS).scores, plan_ahead(BELIEF, ACTIONS, outcomes=3).scores, strict=True):
         assert two.value >= one.value
         assert two.bits == one.bits
 

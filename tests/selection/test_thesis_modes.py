@@ -75,9 +75,7 @@ def test_mode_1_estimates_the_exact_gain() -> None:
 
 def test_the_thesis_update_is_the_belief_for_one_reading() -> None:
     density, _ = thesis_properties(NETWORK)
-    pmf = update(
-        pmf_of(NETWORK, {"black-cube": 0.5, "white-cube": 0.3, "yellow-sponge": 0.2}), density, 300.0
-    )
+    pmf = update(pmf_of(NETWORK, {"black-cube": 0.5, "white-cube": 0.3, "yellow-sponge": 0.2}), density, 300.0)
     belief = Belief(NETWORK.without_unknown(), {"black-cube": 0.5, "white-cube": 0.3, "yellow-sponge": 0.2})
 
     found = belief.update(Measurement("density", 300.0, density.noise, "kg/m^3")).probabilities("material")

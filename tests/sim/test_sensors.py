@@ -117,6 +117,7 @@ def test_drift_is_a_random_walk(period):
         assert_normal(walk[round(share * minute) - 1], 0.01 * np.sqrt(share))
     # Steps are independent of each other, (n - 1) x 175 of them.
     steps = np.diff(walk, axis=0) / (0.01 * np.sqrt(period / 60))
+    assert_normal(steps.reshape(-1, 1), 1.0)
     n = steps[1:].size
     assert abs((steps[1:] * steps[:-1]).mean()) < SIGMAS / np.sqrt(n)
 
