@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 SPIKE_SCALE = 15.0  # a spike's standard deviation over the noise's
 SPIKE_RATE = 0.05  # where the rate's estimate starts
 SCAN = 72  # candidate onsets
+SCAN_NOISE = 5e-3  # of the stress range, at least
 SCAN_ROUNDS = 12  # reweightings per candidate
 ROUNDS = 60  # refinements at most
 SCALE_ROUNDS = 12  # of the noise's scale
@@ -159,7 +160,9 @@ def scan_onset(readings: Readings) -> Array:
 
     Every candidate onset gets its own Cauchy-weighted line over h; the one with the least robust loss wins.
     """
-    strain, stress, sd, geometry = readings.true_strain, readings.stress, readings.sd, readings.geometry
+    strain, stress, geometry = readings.true_strain, readings.stress, readings.geometry
+    # Between two candidates a hinge misses clean readings by more than their noise: no scan is finer than its steps.
+    sd = np.maximum(readings.sd, SCAN_NOISE * _range(stress))
     low, high = np.min(strain), np.max(strain)
     span = high - low
     candidates = np.linspace(low - 0.02 * span, low + 0.9 * span, SCAN)
@@ -201,6 +204,8 @@ def refine(readings: Readings, start: Array, prior: Prior, *, scale_known: bool,
     rate = SPIKE_RATE
     floor = 1e-6 * max(float(np.max(np.abs(stress))), 1e-12) / float(np.median(readings.sd))
     n = len(readings)
+    if not scale_known:  # starts wide: a start that is a little off must not take all the readings for spikes
+        scale = max(scale, SCAN_NOISE * _range(stress) / float(np.median(readings.sd)))
 
     def loss(trial: Array) -> tuple[float, Array, Array]:
         predicted, jacobian = readings.predict(trial)
@@ -308,6 +313,11 @@ def marginalise(fit: Fit, readings: Readings, prior: Prior, reach: float = 5.0) 
     apart = np.array(means) - mean
     covariance = np.einsum("g,gij->ij", share, np.array(covariances)) + (apart.T * share) @ apart
     return Fit(mean, covariance, fit.scale, fit.weights, fit.spike_rate, fit.log_likelihood)
+
+
+def _range(stress: Array) -> float:
+    """Return the range of the stress but for its extremes [Pa]."""
+    return float(np.subtract(*np.percentile(stress, [95, 5])))
 
 
 def _decided(readings: Array, hessian: Array, free: NDArray[np.bool_]) -> float:
