@@ -78,7 +78,11 @@ class FeedbackReader:
         self._near: Array | None = None
         self._count, self._gap, self._first, self._last = 0, 0.0, 0.0, 0.0
         self._told = False
-        self.newest = self._read()
+        try:
+            self.newest = self._read()
+        except BaseException:
+            session.close()
+            raise
         self._thread = threading.Thread(target=self._run, name="kortex-feedback", daemon=True)
         self._thread.start()
 

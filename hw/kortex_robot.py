@@ -63,10 +63,11 @@ Confirm = Callable[[str], bool]
 
 
 class KortexRobot:
-    """The arm, connected. Use it as a context manager: it then also stops the arm on SIGTERM and SIGHUP.
+    """The arm, connected; a context manager that closes the connection.
 
-    Nothing moves before the check has passed and the first motion was confirmed. Once the arm cannot be
-    trusted any more (feedback lost, fault, limit exceeded), it is told to stop and every further call raises
+    Nothing moves before the check has passed and the first motion was confirmed. From then on until it is closed,
+    SIGTERM and SIGHUP leave through SystemExit, which stops the arm like any exception does. Once the arm cannot
+    be trusted any more (feedback lost, fault, limit exceeded), it is told to stop and every further call raises
     the reason; connect anew after looking at it. In a dry run nothing moves and no sample is handed on:
     trajectories are checked here, the first one by the arm too, and `read` says where the arm would stand.
 
@@ -120,9 +121,6 @@ class KortexRobot:
             raise
 
     def __enter__(self) -> KortexRobot:
-        if threading.current_thread() is threading.main_thread():
-            for number in (signal.SIGTERM, signal.SIGHUP):
-                self._handlers[number] = signal.signal(number, _leave)
         return self
 
     def __exit__(
@@ -330,6 +328,9 @@ class KortexRobot:
             question = f"The arm at {self._host} is about to move. Is its workspace clear?"
             if self._confirm is None or not self._confirm(question):
                 raise NotConfirmed("the first motion was not confirmed; nothing has moved")
+        if threading.current_thread() is threading.main_thread():
+            for number in (signal.SIGTERM, signal.SIGHUP):
+                self._handlers[number] = signal.signal(number, _leave)
         self._armed = True
 
     def _take(self) -> list[Sample]:

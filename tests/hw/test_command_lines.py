@@ -7,6 +7,7 @@ import subprocess
 import sys
 import textwrap
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ import pytest
 from dynamics.errors import PalpateError
 from hw import check
 from hw.emulator.__main__ import main as emulate
+from hw.emulator.faults import FAULTS
 from hw.emulator.kinematic import HOME, KinematicRobot
 from hw.kortex_robot import KortexRobot
 from hw.settings import KortexSettings
@@ -164,11 +166,11 @@ DRIVER = """
     from hw.settings import KortexSettings
     tcp, udp = map(int, sys.argv[1:])
     settings = KortexSettings(tcp_port=tcp, udp_port=udp)
-    with KortexRobot("127.0.0.1", Credentials("admin", "admin"), settings, lambda question: True) as robot:
-        q = robot.read().q
-        robot.listen(lambda sample: print("moving", flush=True) if abs(sample.dq).max() > 0.1 else None)
-        robot.follow(time_path(robot.arm, np.linspace(q, q + 0.5, 50), 0.2))
-        print("done", flush=True)
+    robot = KortexRobot("127.0.0.1", Credentials("admin", "admin"), settings, lambda question: True)
+    q = robot.read().q
+    robot.listen(lambda sample: print("moving", flush=True) if abs(sample.dq).max() > 0.1 else None)
+    robot.follow(time_path(robot.arm, np.linspace(q, q + 0.5, 50), 0.2))
+    print("done", flush=True)
 """
 
 
@@ -185,3 +187,21 @@ def test_a_signal_stops_the_arm(emulator, number, status):
     assert not emulator.backend.state().arm_moving
     where = emulator.backend.state().sample.q
     assert 0 < np.abs(where - HOME).max() < 0.4
+
+
+def test_the_manuals_example_runs(emulator, login):
+    manual = (Path(__file__).parents[2] / "docs" / "hardware.md").read_text()
+    code = re.search(r"```python\n(.*?)```", manual, re.DOTALL)[1]
+    call = f'connect("127.0.0.1", {emulator.tcp_port}, {emulator.udp_port}, revision="V12", yes=True)'
+    found = {}
+    exec(code.replace('connect("192.168.1.10", revision="V12")', call), found)
+    assert len(found["samples"]) > 150
+    assert emulator.backend.state().sample.opening == pytest.approx(0.04, abs=0.0015)
+
+
+def test_the_manual_lists_every_fault_and_option():
+    manual = (Path(__file__).parents[2] / "docs" / "hardware.md").read_text()
+    for name in FAULTS:
+        assert re.search(rf"`{name}[`=]", manual), name
+    for option in re.findall(r"python -m hw\.check.*?(--[a-z-]+)", manual):
+        assert option in check._parser().format_help()
