@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 TOLERANCE = 0.002  # rad between the trajectory and the spline through its waypoints
 FIRST_SPACING = 0.5  # s
 MAX_WAYPOINTS = 100
+ROUNDING = 0.999  # share of the speed limit to keep to: the wire carries angles in single precision
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,8 @@ def waypoints(trajectory: Trajectory, speed_limit: Array, tolerance: float = TOL
         knots = np.array([trajectory.position(time) for time in times])
         spline = CubicSpline(times, knots, bc_type="clamped")
         deviation = float(np.abs(spline(trajectory.time) - trajectory.q).max())
-        excess = float((np.abs(spline(trajectory.time, 1)) / speed_limit).max())
+        dense = np.linspace(0.0, trajectory.duration, 20 * count + 1)
+        excess = float((np.abs(spline(dense, 1)) / (ROUNDING * speed_limit)).max())
         if deviation <= tolerance and (excess <= 1 or count == MAX_WAYPOINTS):
             return Waypoints(knots[1:], np.diff(times) * max(excess, 1.0), deviation)
         if count == MAX_WAYPOINTS:
