@@ -26,7 +26,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     try:
         _run(given)
-    except PalpateError as error:
+    except (PalpateError, OSError) as error:
         sys.stderr.write(f"calibrate: {error}\n")
         return 2
     return 0
@@ -51,7 +51,7 @@ def _run(given: argparse.Namespace) -> None:
         [rows[path] for path in given.unloaded],
         [rows[path] for path in given.reference],
         given.mass,
-        None if given.gain is None else [float(value) for value in given.gain.split(",")],
+        _numbers(given.gain),
     )
     sys.stdout.write(_table(arm, drives))
     for path in given.check:
@@ -63,6 +63,17 @@ def _run(given: argparse.Namespace) -> None:
     if given.output is not None:
         drives.save(given.output)
         sys.stdout.write(f"written to {given.output}\n")
+
+
+def _numbers(text: str | None) -> list[float] | None:
+    from dynamics.errors import InvalidInput
+
+    if text is None:
+        return None
+    try:
+        return [float(value) for value in text.split(",")]
+    except ValueError:
+        raise InvalidInput("--gain", text, "numbers separated by commas, nan where unknown") from None
 
 
 def load_arm(robot: str, tool: str | None) -> Arm:

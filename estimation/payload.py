@@ -108,28 +108,38 @@ def summarise(
 ) -> PayloadEstimate:
     """Return the estimate of a fit: covariance from the observed information, gain errors on top of it.
 
+    Where every shared pose has an offset of its own, a gain error shows in the payload's torque alone; it is a
+    parameter then, and joints whose gains matter less count more. Elsewhere it would take up what the arm's model
+    gets wrong: there gains are not estimated but count (Schmidt's consider covariance).
+
     Args:
         design, fit, belief: the readings' matrices, the solved graph, and the readings' weights.
         sd: of good readings [N m], (N, nv).
-        noise: its gain errors are parameters that are not estimated but count (Schmidt's consider covariance).
+        noise: of the sensors, gain errors among it.
         correction: factor on the noise's part of the covariance, (4, 4).
     """
-    joints = design.torque.shape[1]
+    joints, size = design.torque.shape[1], design.tool.shape[2]
+    drift, pose_sd = noise.per_joint("drift", joints), _pose_sd(noise, joints)
     gain_sd = noise.per_joint("gain_sd", joints)
-    gains = bool(np.any(gain_sd > 0))
+    estimated = bool(np.all(gain_sd > 0) and np.all(np.isinf(pose_sd)))
+    considered = bool(np.any(gain_sd > 0)) and not estimated
     sigma = 1 / np.sqrt(np.maximum(belief.curvature, 1e-6 * belief.precision))
-    root = solve(design, sigma, noise.per_joint("drift", joints), _pose_sd(noise, joints), gains).root
-    size = design.tool.shape[2]
+    root = solve(design, sigma, drift, pose_sd, np.ones(joints) if considered else None).root
     inverse = np.linalg.inv(root[:size, :size])[:4]
-    covariance = inverse @ inverse.T
-    if correction is not None:
-        covariance = correction @ covariance @ correction.T
-    if gains:
+    plain = inverse @ inverse.T
+    covariance = plain if correction is None else correction @ plain @ correction.T
+    parameters = fit.tool[:4]
+    if considered:
         slope = -inverse @ root[:size, size:]
         covariance = covariance + (slope * gain_sd**2) @ slope.T
+    if estimated:
+        gained = solve(design, 1 / np.sqrt(belief.precision), drift, pose_sd, gain_sd)
+        whole = np.linalg.inv(solve(design, sigma, drift, pose_sd, gain_sd).root)[:4]
+        parameters = gained.tool[:4]
+        covariance = covariance + whole @ whole.T - plain
     scale = np.sqrt(np.diag(covariance))
     return PayloadEstimate(
-        parameters=fit.tool[:4],
+        parameters=parameters,
         covariance=covariance,
         weights=belief.reading,
         pose_weights=belief.pose,

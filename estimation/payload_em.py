@@ -15,6 +15,7 @@ HUBER = 1.345  # sd at which a residual's weight starts to fall, in the warm sta
 START_ROUNDS, MAX_ROUNDS, TOLERANCE = 4, 100, 1e-7
 NOISE_ROUNDS = 20
 LEAST_NOISE = 1e-6  # of what a joint is built for; with less the graph loses its digits, and no sensor has less
+LONGEST_CHAIN = 200  # readings whose leverages, dense in the biases of all, are still quick to compute
 POOL = 3.0  # degrees of freedom that the joints lend each other's noise
 
 
@@ -52,7 +53,10 @@ def fit_with_noise(
         InvalidInput: if there are too few readings to know their noise.
     """
     joints = design.torque.shape[1]
-    # Not less than the residuals show: readings that scatter far more than their samples would all look like outliers.
+    if np.any(drift > 0) and len(design) > LONGEST_CHAIN:
+        found = f"{len(design)} readings with drift and no sd"
+        raise InvalidInput("joint noise", found, f"a given sd, for more than {LONGEST_CHAIN} readings")
+    # not less than the residuals show: readings that scatter far more than their samples would look like outliers
     common = np.maximum(known.mean(axis=0), _first_guess(design, drift, pose_sd))
     fit: Fit | None = None
     for _ in range(NOISE_ROUNDS):
@@ -113,8 +117,9 @@ def _first_guess(design: Design, drift: Array, pose_sd: Array) -> Array:
 
 def _whitened(design: Design, belief: Responsibility, drift: Array, pose_sd: Array) -> tuple[Array, Array]:
     """Return the readings' rows of the weighted graph, (N, nv, all variables), and the covariance of these."""
-    graph, _, _ = build(design, 1 / np.sqrt(belief.precision), drift, pose_sd)
+    graph, _, _, order = build(design, 1 / np.sqrt(belief.precision), drift, pose_sd)
     matrix = graph.graph.jacobian()[0]
     root = np.linalg.inv(np.linalg.qr(matrix, mode="r"))
-    rows = matrix[: design.torque.size].reshape(*design.torque.shape, -1)
+    rows = np.empty((*design.torque.shape, matrix.shape[1]))
+    rows[order] = matrix[: design.torque.size].reshape(rows.shape)
     return rows, root @ root.T

@@ -102,7 +102,7 @@ class Fit:
     root: Array
 
 
-def solve(design: Design, sigma: Array, drift: Array, pose_sd: Array, gains: bool = False) -> Fit:
+def solve(design: Design, sigma: Array, drift: Array, pose_sd: Array, gain_sd: Array | None = None) -> Fit:
     """Build the graph and solve it.
 
     Args:
@@ -110,38 +110,40 @@ def solve(design: Design, sigma: Array, drift: Array, pose_sd: Array, gains: boo
         sigma: effective standard deviation of every reading [N m], (N, nv).
         drift: sd of a step of the bias [N m], (nv,); all 0 for a constant bias.
         pose_sd: sd of the offset at a shared pose [N m], (nv,); all 0 for none.
-        gains: append one column a joint for its gain error to the tool's information.
+        gain_sd: prior sd of each joint's gain error; with it, these errors are parameters after the tool's, (nv,).
     """
-    graph, bias, offset = build(design, sigma, drift, pose_sd, gains)
+    graph, bias, offset, _ = build(design, sigma, drift, pose_sd, gain_sd)
     solution = graph.solve(last=key("x"))
     return _fit(design, solution, bias, offset)
 
 
 def build(
-    design: Design, sigma: Array, drift: Array, pose_sd: Array, gains: bool = False
-) -> tuple[LinearGraph, list[int], list[int | None]]:
-    """Return the graph, and the keys of every reading's bias and offset."""
+    design: Design, sigma: Array, drift: Array, pose_sd: Array, gain_sd: Array | None = None
+) -> tuple[LinearGraph, list[int], list[int | None], NDArray[np.int_]]:
+    """Return the graph, the keys of every reading's bias and offset, and the order of the readings in its rows.
+
+    Readings that share bias and offset are one factor: that says the same and is solved faster.
+    """
     count, joints = design.torque.shape
     tool, eye = key("x"), np.eye(joints)
-    matrix = np.concatenate([design.tool, design.total[:, :, None] * eye], axis=2) if gains else design.tool
+    matrix = np.concatenate([design.tool, design.total[:, :, None] * eye], axis=2) if gain_sd is not None else design.tool
     walks, offsets = bool(np.any(drift > 0)), bool(np.any(pose_sd > 0))
     graph = LinearGraph()
     bias = [key("b", int(step)) if walks else key("b") for step in design.step]
     offset = [key("d", int(pose)) if offsets and pose >= 0 else None for pose in design.pose]
-    if walks or offsets:
-        for i in range(count):
-            blocks = {tool: matrix[i], bias[i]: eye}
-            shared = offset[i]
-            if shared is not None:
-                blocks[shared] = eye
-            graph.add(blocks, design.torque[i], sigma[i])
-    else:  # one factor of all rows says the same and is solved faster
-        rows = matrix.reshape(count * joints, -1)
-        graph.add({tool: rows, bias[0]: np.tile(eye, (count, 1))}, design.torque.ravel(), sigma.ravel())
+    groups: dict[tuple[int, int | None], list[int]] = {}
+    for i, keys in enumerate(zip(bias, offset, strict=True)):
+        groups.setdefault(keys, []).append(i)
+    for (own, shared), members in groups.items():
+        stacked = np.tile(eye, (len(members), 1))
+        blocks = {tool: matrix[members].reshape(len(members) * joints, -1), own: stacked}
+        if shared is not None:
+            blocks[shared] = stacked
+        graph.add(blocks, design.torque[members].ravel(), sigma[members].ravel())
     gripper = GRIPPER_PRIOR_SD if offsets else PRIOR_SD
     prior = np.concatenate([PRIOR_SD, gripper, np.full(matrix.shape[2] - 8, FRICTION_PRIOR_SD)])
-    if gains:
-        prior[-joints:] = 1.0
+    if gain_sd is not None:
+        prior[-joints:] = gain_sd
     graph.add_prior(tool, np.zeros(len(prior)), prior)
     graph.add_prior(key("b"), np.zeros(joints), BIAS_PRIOR_SD)
     if walks:
@@ -150,7 +152,7 @@ def build(
             graph.add({key("b", step - 1): -eye, key("b", step): eye}, np.zeros(joints), sigma_step)
     for shared in sorted({k for k in offset if k is not None}):
         graph.add_prior(shared, np.zeros(joints), np.clip(pose_sd, 1e-9, FREE))
-    return graph, bias, offset
+    return graph, bias, offset, np.array([i for members in groups.values() for i in members])
 
 
 def _fit(design: Design, solution: Solution, bias: list[int], offset: list[int | None]) -> Fit:

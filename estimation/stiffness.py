@@ -39,7 +39,7 @@ MIN_TOUCHING = 1.9  # readings that are no spikes, for contact to be believed
 CONTACT_EVIDENCE = 5.0  # slope over its standard deviation, for the same
 LAST, CLEAR_RISE = 5, 8.0  # readings at the end, and their stress over its noise, that are contact without a slope
 CURVED_TICKS = 20  # steps of the opening that a curvature needs
-MORE_EVIDENCE = 4.0  # log-likelihood that each curvature must gain beyond the information criterion
+MORE_EVIDENCE = 7.0  # log-likelihood that each curvature must gain beyond the information criterion
 READINGS_PER_CURVATURE = 10  # in contact
 CURVED = (False, True)
 CURVES = {  # which of the curvatures a2, a3 are tried, by the highest degree
@@ -289,17 +289,18 @@ def _profiles(readings: Readings, scale: float, prior: Prior, apparent: Fit) -> 
     geometry = readings.geometry
     c, margin = geometry.series_compliance, TWO_SIDED * geometry.series_compliance_sd
 
-    def at(compliance: float) -> Profile:
+    def at(compliance: float, *, peak_only: bool) -> Profile:
         mean = prior.mean.copy()
         mean[COMPLIANCE] = compliance
         start = _without_gripper(readings, apparent, compliance)
-        return profile(readings, scale, Prior(mean, prior.sd), start)
+        return profile(readings, scale, Prior(mean, prior.sd), start, peak_only=peak_only)
 
-    found = at(c)
+    found = at(c, peak_only=False)
     if margin == 0:
         return found, found.modulus, found.modulus
-    stiffer = at(c + margin)
-    return found, at(max(c - margin, 0.0)).modulus, math.inf if stiffer.open_ended else stiffer.modulus
+    stiffer = at(c + margin, peak_only=True)
+    softer = at(max(c - margin, 0.0), peak_only=True).modulus
+    return found, softer, math.inf if stiffer.open_ended else stiffer.modulus
 
 
 def _bound(found: Profile, softer: float, apparent: Fit, student: float, common: float) -> float:

@@ -215,10 +215,11 @@ def refine(readings: Readings, start: Array, prior: Prior, *, scale_known: bool,
         sd = readings.noise(jacobian, scale)
         weights = _inlier(residual / sd, rate)
         if step < ROUNDS - 5:
-            rate = min(max((float((1 - weights).sum()) + 1.0) / (n + 20.0), 1e-3), 0.45)
+            rate = min(max((float((1 - weights).sum()) + 0.5) / (n + 20.0), 1e-3), 0.45)
             if not scale_known and step < SCALE_ROUNDS:
-                # Parameters cost degrees of freedom; a factor of 1 would make small samples over-confident.
-                dof = max(float(weights.sum()) - used, 1.0)
+                # Parameters cost degrees of freedom, the spikes' rate one more: without, small samples would be
+                # over-confident.
+                dof = max(float(weights.sum()) - used - 1.0, 1.0)
                 scale = max(scale * math.sqrt(float((weights * (residual / sd) ** 2).sum()) / dof), floor)
                 sd = readings.noise(jacobian, scale)
         value, residual, jacobian = loss(x)

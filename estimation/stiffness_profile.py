@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 DROP_TWO_SIDED, DROP_ONE_SIDED = 1.92, 1.353  # of the log-likelihood, for 95 %
 SOFTEST, STIFFEST = math.log(0.1), math.log(1000.0)  # followed from the start, at most
-STEP = 0.15  # of the log of the modulus
+STEP = 0.2  # of the log of the modulus
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Profile:
     open_ended: bool
 
 
-def profile(readings: Readings, scale: float, prior: Prior, start: Array) -> Profile:
+def profile(readings: Readings, scale: float, prior: Prior, start: Array, *, peak_only: bool = False) -> Profile:
     """Follow the profile likelihood from a start upwards and downwards.
 
     Args:
@@ -49,11 +49,13 @@ def profile(readings: Readings, scale: float, prior: Prior, start: Array) -> Pro
         scale: of the noise.
         prior: of the parameters.
         start: parameters, near the most probable ones, (5 + k,).
+        peak_only: whether the ends of the interval are not needed; low and high are then meaningless.
     """
     known = replace(readings, sd=readings.sd * scale)
     centre = float(start[MODULUS])
     mean, spread = prior.mean.copy(), prior.sd.copy()
     spread[MODULUS] = 0.0
+    far = 0.5 if peak_only else 2 * DROP_TWO_SIDED
     logs: dict[int, float] = {}
     starts: dict[int, Fit] = {}
 
@@ -71,7 +73,7 @@ def profile(readings: Readings, scale: float, prior: Prior, start: Array) -> Pro
             value = follow(step + direction, starts[step].parameters)
             step += direction
             best = max(best, value)
-            if value < best - 3 * DROP_TWO_SIDED:
+            if value < best - far:
                 break
     steps = np.array(sorted(logs))
     drop = best - np.array([logs[s] for s in steps])

@@ -1,4 +1,4 @@
-"""Weigh: hold the object still in several poses, and the empty gripper in the same ones before."""
+"""Weigh: hold the object still in several poses, and the empty gripper in the same ones before and after."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from selection.planner import ActionModel
 
 Array = NDArray[np.float64]
 
-HOLD = 2.0  # s of reading in each pose
+HOLD = 1.5  # s of reading in each pose
 COUNT = 4  # poses to weigh in
 # Tool positions [m], yaw from the grasp's and lean [rad], in order of preference: found by a search over
 # poses for the smallest standard deviation of the mass per travel, white torque noise assumed.
@@ -36,7 +36,7 @@ class Weigh:
     """Lift the object and read its mass off the joint torques."""
 
     name = "weigh"
-    seconds, setup_seconds = 47.0, 8.0  # s, of the poses and of the grasp; replaced by what it took
+    seconds, setup_seconds = 62.0, 8.0  # s, of the poses and of the grasp; replaced by what it took
     sensor = Sensor("mass", 0.003, 0.01)  # where the reference has none: default noise of the simulator
 
     def model(self, network: Network) -> ActionModel | None:
@@ -51,8 +51,9 @@ class Weigh:
     def perform(self, hand: Hand) -> None:
         """Weigh the object and put it back; leaves phases ``tare`` and ``hold``, one each a pose.
 
-        The empty poses come first and are approached along the same paths, so that offsets and
-        direction-dependent hysteresis of the torque sensors are the same in both and cancel.
+        The empty poses come before and after the laden ones, so that the drift of the torque sensors in between
+        is seen, and are approached along the same paths, so that their offsets and direction-dependent hysteresis
+        are the same in both and cancel.
 
         Raises:
             ActionFailed: if the object was missed or dropped, or fewer than two of the poses can be reached.
@@ -71,6 +72,9 @@ class Weigh:
         hand.gate()
         hand.check_still_held(self.name)
         hand.put_back(self.name)
+        hand.preshape()
+        _visit(hand, positions, "tare")
+        hand.gate()
 
     def measure(self, readings: Readings) -> Findings:
         """Measure the mass."""

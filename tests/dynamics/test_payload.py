@@ -6,7 +6,7 @@ import pytest
 
 from dynamics.arm import Arm
 from dynamics.errors import InvalidInput, UnknownName
-from dynamics.named import ROBOTS
+from dynamics.named import ROBOTS, example_description
 from dynamics.payload import (
     from_log_cholesky,
     inertia_parameters,
@@ -15,6 +15,7 @@ from dynamics.payload import (
     pseudo_inertia,
     to_log_cholesky,
 )
+from models.robot import gen3_mjcf
 
 MASS, CENTER = 1.7, np.array([0.03, -0.05, 0.08])
 SPREAD = np.array([[0.02, 0.001, -0.002], [0.001, 0.03, 0.003], [-0.002, 0.003, 0.025]])
@@ -65,6 +66,20 @@ def test_dynamic_regressor_at_rest_is_the_static_one(arm):
 
 def test_fingers_are_locked():
     assert Arm.named("panda").nv == 7
+
+
+def test_files_say_what_names_say(tmp_path):
+    """The same arm from its MJCF file, and another from its URDF, with the fingers locked on the way."""
+    path = tmp_path / "gen3.xml"
+    path.write_text(gen3_mjcf())
+    q = np.linspace(-1, 1, 7)
+    from_file = Arm.from_mjcf(path, "tool_frame")
+    np.testing.assert_allclose(from_file.gravity(q), Arm.gen3().gravity(q), atol=1e-12)
+    np.testing.assert_allclose(from_file.payload_regressor(q), Arm.gen3().payload_regressor(q), atol=1e-12)
+    urdf, frame = example_description("panda")
+    np.testing.assert_array_equal(Arm.from_urdf(urdf, frame).gravity(q), Arm.named("panda").gravity(q))
+    with pytest.raises(UnknownName, match="tool_frame"):
+        Arm.from_mjcf(path, "nowhere")
 
 
 def test_unknown_robot_lists_the_known_ones():

@@ -153,14 +153,50 @@ def test_bad_calibrations_are_refused(arm, rows, true_arm):
         motion_rows(arm, replace(log, q=log.q[:, :5], dq=log.dq[:, :5], effort=log.effort[:, :5]))
 
 
-def test_command_line_refuses_in_one_line(tmp_path, capsys):
+def write(path, log):
+    table = np.column_stack([log.time, log.q, log.effort])
+    path.write_text("\n".join(",".join(f"{value:.8g}" for value in row) for row in table) + "\n")
+    return str(path)
+
+
+def test_command_line_refuses_in_one_line(tmp_path, capsys, true_arm):
+    columns, bad = tmp_path / "map.toml", tmp_path / "bad.toml"
+    columns.write_text("time = 0\nq = [1,2,3,4,5,6]\ncurrent = [7,8,9,10,11,12]\n")
+    bad.write_text("time = 0\n")
+    short = record(true_arm, 0)
+    short = JointLog(short.time[:200], short.q[:200], short.effort[:200], "current")
+    log = write(tmp_path / "log.csv", short)
+    given = ["--columns", str(columns), "--unloaded", log]
+    for arguments in (
+        ["--robot", "hal", *given],
+        ["--robot", "ur5", "--columns", str(columns), "--unloaded", str(tmp_path / "none.csv")],
+        ["--robot", str(tmp_path / "x.urdf"), *given],
+        ["--robot", "gen3", *given],
+        ["--robot", "ur5", "--columns", str(bad), "--unloaded", log],
+        ["--robot", "ur5", *given, "--mass", "2.0"],
+        ["--robot", "ur5", *given, "--gain", "a,b"],
+        ["--robot", "ur5", *given, "--output", str(tmp_path / "no" / "where.json")],
+    ):
+        assert main(arguments) == 2, arguments
+        captured = capsys.readouterr()
+        assert len(captured.err.splitlines()) == 1
+        assert captured.err.startswith("calibrate: ")
+
+
+def test_command_line_calibrates_and_checks(tmp_path, capsys, true_arm):
     columns = tmp_path / "map.toml"
     columns.write_text("time = 0\nq = [1,2,3,4,5,6]\ncurrent = [7,8,9,10,11,12]\n")
-    common = ["--columns", str(columns), "--unloaded", str(tmp_path / "none.csv")]
-    assert main(["--robot", "hal", *common]) == 2
-    assert main(["--robot", "ur5", *common]) == 2
-    assert main(["--robot", str(tmp_path / "x.urdf"), *common]) == 2
-    assert len(capsys.readouterr().err.splitlines()) == 3
+    names = [write(tmp_path / f"{i}.csv", record(true_arm, i, p)) for i, p in enumerate((None, None, BODY))]
+    output = tmp_path / "drives.json"
+    runs = ["--unloaded", *names[:2], "--reference", names[2], "--mass", str(MASS), "--check", names[2]]
+    assert main(["--robot", "ur5", "--columns", str(columns), *runs, "--output", str(output)]) == 0
+    printed = capsys.readouterr().out
+    assert "shoulder_lift_joint" in printed
+    low, high = Drives.from_file(output).gain[1:3] * [0.97, 1.03]
+    found = float(printed.split("2.csv: ")[1].split(" kg")[0])
+    assert found == pytest.approx(MASS, abs=0.1)
+    assert low > 0.9 * GAIN[1] * 0.97
+    assert high < 1.1 * GAIN[2] * 1.03
 
 
 UR10E = Path(os.environ.get("PALPATE_DATA", "/nonexistent")) / "ur10e"

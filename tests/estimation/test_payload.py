@@ -132,6 +132,25 @@ def test_estimated_noise_gives_honest_intervals(arm, poses):
     assert found.noise_sd[0, 4:].mean() == pytest.approx(0.15, rel=0.4)
 
 
+def test_order_of_the_poses_does_not_matter(arm, poses):
+    tare, load = pair(arm, poses, np.random.default_rng(16))
+    turned = np.random.default_rng(17).permutation(8)
+    for noise in (JointNoise(SD), None):
+        straight = estimate_payload(arm, tare, load, noise)
+        shuffled = estimate_payload(arm, tare, JointReadings(poses[turned], load.tau[turned]), noise)
+        np.testing.assert_allclose(shuffled.parameters, straight.parameters, atol=1e-7)
+        np.testing.assert_allclose(shuffled.covariance, straight.covariance, atol=1e-7)
+        np.testing.assert_allclose(shuffled.weights[8:], straight.weights[8:][turned], atol=1e-5)
+
+
+def test_long_drifting_series_need_a_given_noise(arm, poses):
+    tare, load = pair(arm, np.tile(poses, (13, 1)), np.random.default_rng(18))
+    with pytest.raises(InvalidInput, match="a given sd"):
+        estimate_payload(arm, tare, load, JointNoise(drift=0.1))
+    found = estimate_payload(arm, tare, load, JointNoise(SD, drift=0.01))
+    assert abs(found.mass - MASS) < 4 * found.mass_sd < 0.1
+
+
 def test_friction_of_slow_motion_is_told_from_the_payload(arm, poses):
     rng = np.random.default_rng(10)
     coulomb, viscous = rng.uniform(0.5, 1.5, 7), rng.uniform(2, 6, 7)

@@ -34,7 +34,7 @@ def test_without_noise_elasticity_and_width_are_exact(modulus, gripper):
 @pytest.mark.parametrize("modulus", [5e3, 1e5, 1e6])
 def test_noise_steps_and_spikes_stay_within_what_is_said(modulus):
     errors, widths = [], []
-    for seed in range(8):
+    for seed in range(6):
         estimate, measurements = measure_squeeze(
             FACE, "box", CUBE, made(modulus, FACE, seed, spike_rate=0.05, max_strain=0.25)
         )
@@ -44,7 +44,7 @@ def test_noise_steps_and_spikes_stay_within_what_is_said(modulus):
         errors.append((estimate.young_modulus - modulus) / estimate.reading_sd)
         width = measurements[-1]
         widths.append((width.mean - 0.056) / width.sd)
-    assert np.sqrt(np.mean(np.square(errors))) < 1.9  # of 8: exceeded once in 1000
+    assert np.sqrt(np.mean(np.square(errors))) < 1.9  # of 6: exceeded once in 300
     assert np.sqrt(np.mean(np.square(widths))) < 1.9
 
 
