@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 TOLERANCE = 0.002  # rad between the trajectory and the spline through its waypoints
 FIRST_SPACING = 0.5  # s
 MAX_WAYPOINTS = 100
+STRETCH = 1.02  # longer durations than by this are avoided by more waypoints
+ROUNDING = 0.999  # share of the speed limit to keep to: the wire carries angles in single precision
 
 
 @dataclass(frozen=True)
@@ -37,8 +39,8 @@ def waypoints(trajectory: Trajectory, speed_limit: Array, tolerance: float = TOL
     """Return the fewest evenly timed waypoints whose cubic spline, from rest to rest, is the trajectory.
 
     The arm runs a spline through angular waypoints at the given durations, and few waypoints keep its own check
-    and the wire small. Between them the spline may run a little faster than the trajectory; where even many
-    waypoints leave it beyond the speed limit, all durations are stretched by what it takes.
+    and the wire small. Between them the spline may run a little faster than the trajectory: all durations are
+    stretched by what keeps it within the speed limit.
 
     Args:
         trajectory: the motion.
@@ -54,8 +56,9 @@ def waypoints(trajectory: Trajectory, speed_limit: Array, tolerance: float = TOL
         knots = np.array([trajectory.position(time) for time in times])
         spline = CubicSpline(times, knots, bc_type="clamped")
         deviation = float(np.abs(spline(trajectory.time) - trajectory.q).max())
-        excess = float((np.abs(spline(trajectory.time, 1)) / speed_limit).max())
-        if deviation <= tolerance and (excess <= 1 or count == MAX_WAYPOINTS):
+        dense = np.linspace(0.0, trajectory.duration, 20 * count + 1)
+        excess = float((np.abs(spline(dense, 1)) / (ROUNDING * speed_limit)).max())
+        if deviation <= tolerance and (excess <= STRETCH or count == MAX_WAYPOINTS):
             return Waypoints(knots[1:], np.diff(times) * max(excess, 1.0), deviation)
         if count == MAX_WAYPOINTS:
             raise MotionRefused(

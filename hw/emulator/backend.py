@@ -19,12 +19,14 @@ class State:
         sample: its signals.
         arm_moving, gripper_moving: whether a motion is under way.
         gripper_speed: the speed that was commanded [m/s], 0 while it stands.
+        failed: whether the last motion ended because the robot could not do it.
     """
 
     sample: Sample
     arm_moving: bool
     gripper_moving: bool
     gripper_speed: float = 0.0
+    failed: bool = False
 
 
 class Backend(Protocol):

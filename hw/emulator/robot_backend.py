@@ -47,7 +47,7 @@ class RobotBackend:
         self._sample = robot.read()
         self._lock = threading.Condition()
         self._task: Callable[[], object] | None = None
-        self._arm_moving = self._gripper_moving = self._halt = self._jammed = self._ending = False
+        self._arm_moving = self._gripper_moving = self._halt = self._jammed = self._failed = self._ending = False
         self._speed = self.lag = 0.0
         self._ahead = self._sample.time - clock()
         robot.listen(self._pace)
@@ -66,7 +66,7 @@ class RobotBackend:
 
     def state(self) -> State:
         """Return what the robot does now."""
-        return State(self._sample, self._arm_moving, self._gripper_moving, self._speed)
+        return State(self._sample, self._arm_moving, self._gripper_moving, self._speed, self._failed)
 
     def start_trajectory(self, trajectory: Trajectory) -> None:
         """Start moving the joints along a trajectory."""
@@ -105,7 +105,7 @@ class RobotBackend:
         """Hand a motion to the robot's thread; one that is under way gives way to it."""
         with self._lock:
             self._halt = self._arm_moving or self._gripper_moving
-            self._task = task
+            self._task, self._failed = task, False
             self._arm_moving, self._gripper_moving, self._speed = arm, not arm, speed
             self._lock.notify()
 
@@ -124,6 +124,7 @@ class RobotBackend:
                     self._robot.stop()
                 except PalpateError as error:
                     log.warning("the robot refused a motion: %s", error)
+                    self._failed = True
                 with self._lock:
                     if self._task is None:
                         self._arm_moving = self._gripper_moving = False

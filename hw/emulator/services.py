@@ -96,8 +96,12 @@ class Services:
 
     def poll(self) -> None:
         """Tell the subscribers of an action that has ended."""
-        if self._action is not None and not self.backend.state().arm_moving:
-            self._finish(ActionEvent.END)
+        if self._action is None:
+            return
+        state = self.backend.state()
+        if not state.arm_moving:
+            self._reference = None if state.failed else self._reference
+            self._finish(ActionEvent.ABORT if state.failed else ActionEvent.END, ABORTED if state.failed else 0)
 
     def fail(self, place: int, bits: int) -> None:
         """Let the arm fall into a fault: of the base (0) or of a joint."""

@@ -10,10 +10,11 @@ import time
 import numpy as np
 import pytest
 
+from dynamics.errors import MotionRefused
 from dynamics.gripper import robotiq_2f85
 from hw.connect import connect
 from hw.emulator.robot_backend import RobotBackend
-from hw.kortex.errors import EmergencyStopped, GripperStuck
+from hw.kortex.errors import EmergencyStopped, GripperStuck, TrajectoryAborted
 from models import objects
 from selection import robots, run
 from sim.robot import MujocoRobot
@@ -55,6 +56,19 @@ def test_emergency_stop_halts_the_simulation(simulated):
     time.sleep(0.2)
     assert np.abs(emulator.backend.state().sample.q - where).max() < 1e-3
     assert np.abs(where - goal.q[-1]).max() > 0.05
+
+
+def test_what_the_simulation_refuses_is_an_aborted_trajectory(simulated, monkeypatch):
+    emulator, robot = simulated
+
+    def refuse(trajectory):
+        raise MotionRefused("no")
+
+    monkeypatch.setattr(emulator.backend._robot, "follow", refuse)
+    with pytest.raises(TrajectoryAborted, match="CONTROL_WAYPOINT_TRAJECTORY_ABORTED"):
+        robot.follow(motion(robot, MOVE))
+    monkeypatch.undo()
+    robot.follow(motion(robot, MOVE))
 
 
 def test_stuck_gripper_of_the_simulation(simulated):
