@@ -39,7 +39,11 @@ class Arm:
         lower, upper: joint limits [rad], infinite where a joint has none, (nv,).
         velocity_limit, acceleration_limit, effort_limit: [rad/s, rad/s^2, N m], infinite where unknown, (nv,).
         geometry: collision shapes of the links, where the description has them.
+        torque_gain_sd: how well the scale of its torque sensors is known, relative [-]; who has better calibrated
+            ones, as a simulation has, sets it.
     """
+
+    torque_gain_sd = 0.01  # what makers of joint torque sensors state at best; it does not average out
 
     def __init__(
         self,

@@ -12,9 +12,6 @@ from estimation.payload import estimate_payload
 from estimation.payload_estimate import PayloadEstimate
 from estimation.payload_noise import JointNoise
 
-# 1 % is what makers of joint torque sensors state for their gains at best, and it does not average out
-DEFAULT_NOISE = JointNoise(gain_sd=0.01)
-
 
 def measure_weighing(
     arm: Arm, phases: Sequence[Phase], noise: JointNoise | None = None
@@ -25,7 +22,8 @@ def measure_weighing(
         arm: the arm, with its gripper.
         phases: those named ``tare`` (the empty gripper held still, one a pose, before grasping and perhaps again
             after putting back) and ``hold`` (the object held still, one a pose); others are ignored.
-        noise: of the torques; without it, it is estimated from the samples, gains being 1 % uncertain.
+        noise: of the torques; without it, it is estimated from the samples, and gains are as uncertain as the arm
+            says.
 
     Returns:
         The estimate, and the measurement of ``mass`` [kg]; no measurement if the poses do not identify the mass.
@@ -38,5 +36,7 @@ def measure_weighing(
     if not tare or not load:
         found = f"{len(tare)} phases named tare, {len(load)} named hold"
         raise InvalidInput("weighing: phases", found, "at least one of each")
-    estimate = estimate_payload(arm, tare, load, DEFAULT_NOISE if noise is None else noise)
+    estimate = estimate_payload(
+        arm, tare, load, JointNoise(gain_sd=arm.torque_gain_sd) if noise is None else noise
+    )
     return estimate, (estimate.measurement(),) if "mass" in estimate.identified else ()

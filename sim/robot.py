@@ -71,6 +71,7 @@ class MujocoRobot:
     ) -> None:
         noise = noise or SensorModel()
         self._arm = Arm.gen3(revision, vision)
+        self._arm.torque_gain_sd = noise.torque_gain
         self._gripper = _described(noise, fidelity)
         self._model = mujoco.MjModel.from_xml_string(scene_mjcf(truth, self._gripper, revision, vision, fidelity))
         _scale_contact_weight(self._model, contact_saturation(truth))

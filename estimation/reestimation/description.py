@@ -15,6 +15,7 @@ from dynamics.arm import Arm
 from dynamics.errors import InvalidInput, PalpateError
 from dynamics.gripper import ParallelGripper, robotiq_2f85
 from dynamics.objects import DeclaredObject, read_declared
+from dynamics.tables import Table
 
 if TYPE_CHECKING:
     from estimation.belief import Belief
@@ -44,7 +45,7 @@ def describe(arm: Arm, gripper: ParallelGripper) -> dict[str, Any]:
     """Return what a configuration should say of a robot: ``arm`` and ``gripper``; infinite values are left out."""
     table = dataclasses.asdict(gripper)
     finite = {k: v for k, v in table.items() if not (isinstance(v, float) and math.isinf(v))}
-    return {"arm": arm.name, "gripper": finite}
+    return {"arm": arm.name, "torque_gain_sd": arm.torque_gain_sd, "gripper": finite}
 
 
 def known_of(
@@ -66,6 +67,7 @@ def known_of(
         arm = arm_named(named) if isinstance(named, str) else Arm.gen3()
         if config and not isinstance(named, str):
             notes.append("the recording does not say which arm it was; taken as gen3-V12 with vision and 2f85")
+        arm.torque_gain_sd = Table("recording", config).number("torque_gain_sd", arm.torque_gain_sd, at_least=0)
     declared = _declared(config, object_file, notes)
     blank = _blank(config, reference, notes)
     return Known(arm, _gripper(config, notes), declared, blank, tuple(notes))
