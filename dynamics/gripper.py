@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from dynamics.errors import InvalidInput
 
 Array = NDArray[np.float64]
+LoadSpread = Literal["face", "pad"]
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ class ParallelGripper:
     friction_force_sd: float = 0.0
     stiffness: float = math.inf
     tool_depth: float = 0.12
-    load_spread: Literal["face", "pad"] = "pad"
+    load_spread: LoadSpread = "pad"
     stiffness_sd: float = 0.0
 
     @property
@@ -141,7 +142,7 @@ class ParallelGripper:
         return self.crank_height + reach + self.pad_height
 
 
-def robotiq_2f85(load_spread: Literal["face", "pad"] = "pad") -> ParallelGripper:
+def robotiq_2f85(load_spread: LoadSpread = "pad") -> ParallelGripper:
     """Return the Robotiq 2F-85.
 
     Sizes and speeds are Robotiq's; opening and current are read in steps of 1/227 of the stroke and of 10 mA.

@@ -90,6 +90,11 @@ class Table:
             raise InvalidInput(self.where, f"no table [{key}]", f"a table [{key}]")
         return Table(f"{self.where} [{key}]", self._content[key])
 
+    def content(self, key: str) -> object:
+        """Return what stands at a key, unchecked; None if nothing does."""
+        self._asked.add(key)
+        return self._content.get(key)
+
     def has(self, key: str) -> bool:
         """Tell whether a key is there."""
         self._asked.add(key)

@@ -24,6 +24,8 @@ def check_readings(arm: Arm, readings: StaticReadings, name: str) -> None:
     Raises:
         InvalidInput: for a wrong number of joints, angles out of range, or an arm in motion.
     """
+    if not np.linalg.norm(arm.model.gravity.linear) > 0:
+        raise InvalidInput(f"{arm.name}: gravity", 0.0, "an arm that knows gravity: without it nothing weighs")
     joints = readings.q.shape[1]
     if joints != arm.nv:
         raise InvalidInput(f"{name}: joints", joints, f"{arm.nv}: {', '.join(arm.joint_names)}")

@@ -67,7 +67,8 @@ def fit_with_noise(
         freedom = (belief.reading * (1 - leverage)).sum(axis=0)
         if freedom.sum() < joints / 2:
             if (1 - leverage).sum() < joints / 2:
-                raise InvalidInput("payload: readings", f"{len(design)} poses", "more poses, or the noise given (sd)")
+                advice = "more poses, or the noise given (sd; of holds, hold_sd)"
+                raise InvalidInput("payload: readings", f"{len(design)} poses", advice)
             common, fit = 4 * common, None  # too small: most readings were taken for outliers
             continue
         squares = (belief.reading * (fit.residual / sd) ** 2).sum(axis=0)

@@ -126,7 +126,11 @@ def build(
     """
     count, joints = design.torque.shape
     tool, eye = key("x"), np.eye(joints)
-    matrix = np.concatenate([design.tool, design.total[:, :, None] * eye], axis=2) if gain_sd is not None else design.tool
+    matrix = (
+        np.concatenate([design.tool, design.total[:, :, None] * eye], axis=2)
+        if gain_sd is not None
+        else design.tool
+    )
     walks, offsets = bool(np.any(drift > 0)), bool(np.any(pose_sd > 0))
     graph = LinearGraph()
     bias = [key("b", int(step)) if walks else key("b") for step in design.step]

@@ -83,6 +83,8 @@ def estimate_stiffness(
         raise InvalidInput("stiffness: readings", len(curve), f"at least {MIN_READINGS}")
     if not 1 <= max_degree <= 3:
         raise InvalidInput("stiffness: max_degree", max_degree, "1, 2 or 3")
+    if np.ptp(curve.strain) == 0.0:
+        raise NoContact("stiffness: opening", "the same value throughout", "an opening that closes on the object")
     loading = loading_of(curve, noise)
     noise, geometry = loading.noise, curve.geometry
     span = float(np.max(loading.stress) - np.min(loading.stress))

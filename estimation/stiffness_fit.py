@@ -20,9 +20,10 @@ from dynamics.compression import Geometry
 
 Array = NDArray[np.float64]
 
-SPIKE_SCALE = 15.0  # a spike's standard deviation over the noise's
+SPIKE_SCALE = 15.0  # a spike's standard deviation over the noise's, at least
 SPIKE_RATE = 0.05  # where the rate's estimate starts
 SCAN = 72  # candidate onsets
+SCAN_NOISE = 5e-3  # of the stress range, at least
 SCAN_ROUNDS = 12  # reweightings per candidate
 ROUNDS = 60  # refinements at most
 SCALE_ROUNDS = 12  # of the noise's scale
@@ -88,6 +89,7 @@ class Fit:
         scale: the noise's estimated scale, multiplying the sd it was given.
         weights: probability of each reading to be no spike, (N,).
         spike_rate: estimated share of spikes.
+        spike_scale: their standard deviation over the noise's.
         log_likelihood: of the readings, with the prior.
     """
 
@@ -96,6 +98,7 @@ class Fit:
     scale: float
     weights: Array
     spike_rate: float
+    spike_scale: float
     log_likelihood: float
 
 
@@ -159,7 +162,9 @@ def scan_onset(readings: Readings) -> Array:
 
     Every candidate onset gets its own Cauchy-weighted line over h; the one with the least robust loss wins.
     """
-    strain, stress, sd, geometry = readings.true_strain, readings.stress, readings.sd, readings.geometry
+    strain, stress, geometry = readings.true_strain, readings.stress, readings.geometry
+    # Between two candidates a hinge misses clean readings by more than their noise.
+    sd = np.maximum(readings.sd, SCAN_NOISE * _range(stress))
     low, high = np.min(strain), np.max(strain)
     span = high - low
     candidates = np.linspace(low - 0.02 * span, low + 0.9 * span, SCAN)
@@ -198,13 +203,15 @@ def refine(readings: Readings, start: Array, prior: Prior, *, scale_known: bool,
     free = prior.sd > 0
     information = np.where(np.isfinite(prior.sd) & free, 1 / np.where(free, prior.sd, 1.0) ** 2, 0.0)
     x = np.where(free, start, prior.mean)
-    rate = SPIKE_RATE
+    rate, spike = SPIKE_RATE, SPIKE_SCALE
     floor = 1e-6 * max(float(np.max(np.abs(stress))), 1e-12) / float(np.median(readings.sd))
     n = len(readings)
+    if not scale_known:  # starts wide: a start that is a little off must not take all the readings for spikes
+        scale = max(scale, SCAN_NOISE * _range(stress) / float(np.median(readings.sd)))
 
     def loss(trial: Array) -> tuple[float, Array, Array]:
         predicted, jacobian = readings.predict(trial)
-        value = -_log_density((stress - predicted) / sd, rate).sum()
+        value = -_log_density((stress - predicted) / sd, rate, spike).sum()
         return value + 0.5 * float((information * (trial - prior.mean) ** 2).sum()), stress - predicted, jacobian
 
     predicted, jacobian = readings.predict(x)
@@ -213,8 +220,9 @@ def refine(readings: Readings, start: Array, prior: Prior, *, scale_known: bool,
     used = float(free.sum())  # degrees of freedom that the readings, not the prior, decide
     for step in range(ROUNDS):
         sd = readings.noise(jacobian, scale)
-        weights = _inlier(residual / sd, rate)
+        weights = _inlier(residual / sd, rate, spike)
         if step < ROUNDS - 5:
+            spike = _spike_scale(residual / sd, weights)
             rate = min(max((float((1 - weights).sum()) + 0.5) / (n + 20.0), 1e-3), 0.45)
             if not scale_known and step < SCALE_ROUNDS:
                 # Parameters cost degrees of freedom, the spikes' rate one more: without, small samples would be
@@ -223,7 +231,7 @@ def refine(readings: Readings, start: Array, prior: Prior, *, scale_known: bool,
                 scale = max(scale * math.sqrt(float((weights * (residual / sd) ** 2).sum()) / dof), floor)
                 sd = readings.noise(jacobian, scale)
         value, residual, jacobian = loss(x)
-        w = (weights + (1 - weights) / SPIKE_SCALE**2) / sd**2
+        w = (weights + (1 - weights) / spike**2) / sd**2
         hessian = (jacobian.T * w) @ jacobian + np.diag(information)
         used = _decided((jacobian.T * w) @ jacobian, hessian, free)
         gradient = jacobian.T @ (w * residual) - information * (x - prior.mean)
@@ -241,18 +249,18 @@ def refine(readings: Readings, start: Array, prior: Prior, *, scale_known: bool,
         if not moved and step > SCALE_ROUNDS:
             break
     sd = readings.noise(jacobian, scale)
-    weights = _inlier(residual / sd, rate)
-    w = (weights + (1 - weights) / SPIKE_SCALE**2) / sd**2
+    weights = _inlier(residual / sd, rate, spike)
+    w = (weights + (1 - weights) / spike**2) / sd**2
     # Louis: what is not known of the spikes is taken off the information.
-    missing = weights * (1 - weights) * (residual / sd * (1 - 1 / SPIKE_SCALE**2)) ** 2 / sd**2
+    missing = weights * (1 - weights) * (residual / sd * (1 - 1 / spike**2)) ** 2 / sd**2
     covariance = _invert((jacobian.T * (w - missing)) @ jacobian + np.diag(information), free)
     if covariance is None:
         covariance = _invert((jacobian.T * w) @ jacobian + np.diag(information), free)
     if covariance is None:
         covariance = np.full((len(x), len(x)), np.inf)
-    likelihood = float(_log_density(residual / sd, rate).sum() - np.log(sd).sum())
+    likelihood = float(_log_density(residual / sd, rate, spike).sum() - np.log(sd).sum())
     penalty = 0.5 * float((information * (x - prior.mean) ** 2).sum())
-    return Fit(x, covariance, scale, weights, rate, likelihood - penalty)
+    return Fit(x, covariance, scale, weights, rate, spike, likelihood - penalty)
 
 
 def marginalise(fit: Fit, readings: Readings, prior: Prior, reach: float = 5.0) -> Fit:
@@ -266,7 +274,7 @@ def marginalise(fit: Fit, readings: Readings, prior: Prior, reach: float = 5.0) 
         return fit
     stress = readings.stress
     sd = readings.noise(readings.predict(fit.parameters)[1], fit.scale)
-    w = (fit.weights + (1 - fit.weights) / SPIKE_SCALE**2) / sd**2
+    w = (fit.weights + (1 - fit.weights) / fit.spike_scale**2) / sd**2
     fixed = Prior(prior.mean, prior.sd.copy())
     fixed.sd[ONSET] = 0.0
     free = fixed.sd > 0
@@ -293,7 +301,7 @@ def marginalise(fit: Fit, readings: Readings, prior: Prior, reach: float = 5.0) 
         penalty += 0.5 * onset_information * (x[ONSET] - prior.mean[ONSET]) ** 2
         volume = covariance[np.ix_(np.flatnonzero(free), np.flatnonzero(free))]
         log = (
-            float(_log_density(residual, fit.spike_rate).sum())
+            float(_log_density(residual, fit.spike_rate, fit.spike_scale).sum())
             - penalty
             + 0.5 * float(np.linalg.slogdet(volume)[1])
         )
@@ -307,7 +315,12 @@ def marginalise(fit: Fit, readings: Readings, prior: Prior, reach: float = 5.0) 
     mean = share @ np.array(means)
     apart = np.array(means) - mean
     covariance = np.einsum("g,gij->ij", share, np.array(covariances)) + (apart.T * share) @ apart
-    return Fit(mean, covariance, fit.scale, fit.weights, fit.spike_rate, fit.log_likelihood)
+    return Fit(mean, covariance, fit.scale, fit.weights, fit.spike_rate, fit.spike_scale, fit.log_likelihood)
+
+
+def _range(stress: Array) -> float:
+    """Return the range of the stress but for its extremes [Pa]."""
+    return float(np.subtract(*np.percentile(stress, [95, 5])))
 
 
 def _decided(readings: Array, hessian: Array, free: NDArray[np.bool_]) -> float:
@@ -320,19 +333,25 @@ def _decided(readings: Array, hessian: Array, free: NDArray[np.bool_]) -> float:
     return float(np.trace(share))
 
 
-def _log_density(z: Array, rate: float) -> Array:
+def _log_density(z: Array, rate: float, spike: float) -> Array:
     """Return the mixture's log density at standardised residuals, (N,)."""
     narrow = math.log1p(-rate) - 0.5 * z**2
-    wide = math.log(rate / SPIKE_SCALE) - 0.5 * (z / SPIKE_SCALE) ** 2
+    wide = math.log(rate / spike) - 0.5 * (z / spike) ** 2
     value: Array = np.logaddexp(narrow, wide) - 0.5 * math.log(2 * math.pi)
     return value
 
 
-def _inlier(z: Array, rate: float) -> Array:
+def _inlier(z: Array, rate: float, spike: float) -> Array:
     """Return each reading's probability of being no spike, (N,)."""
-    odds = math.log(rate / SPIKE_SCALE / (1 - rate)) + 0.5 * z**2 * (1 - 1 / SPIKE_SCALE**2)
+    odds = math.log(rate / spike / (1 - rate)) + 0.5 * z**2 * (1 - 1 / spike**2)
     probability: Array = 1 / (1 + np.exp(np.minimum(odds, 700.0)))
     return probability
+
+
+def _spike_scale(z: Array, weights: Array) -> float:
+    """Return the spikes' standard deviation over the noise's: a huge spike must not pull like a small one."""
+    share = 1 - weights
+    return max(math.sqrt(float((share * z**2).sum()) / max(float(share.sum()), 1e-9)), SPIKE_SCALE)
 
 
 def _solve(hessian: Array, gradient: Array, free: NDArray[np.bool_], damping: float) -> Array:

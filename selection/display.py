@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from estimation.belief import Belief
 from estimation.measurement import Measurement
-from selection.exploration import Step
+from estimation.mixture import Mixture
+from selection.exploration import Exploration, Step
 from selection.planner import Decision
+from selection.robots import Truth
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -30,6 +33,13 @@ def measured(measurement: Measurement) -> str:
     return f"{measurement.property} {spoken(measurement.mean, measurement.sd, measurement.unit)}"
 
 
+def believed(marginal: Mixture) -> str:
+    """Return a belief about a quantity as a person would say it: the median and the middle 90 %."""
+    name, factor = DISPLAY_UNITS.get(marginal.unit, (marginal.unit if marginal.unit != "1" else "", 1.0))
+    low, high = (factor * bound for bound in marginal.interval(0.9))
+    return f"{marginal.quantile(0.5) * factor:.4g} ({low:.3g} to {high:.3g}) {name}".rstrip()
+
+
 def likeliest(belief: Belief, variable: str = "material") -> list[tuple[str, float]]:
     """Return the most probable classes with their probabilities, the first first."""
     found = belief.probabilities(variable)
@@ -45,6 +55,25 @@ def gains(decision: Decision) -> str:
         )
         parts.append(worth if score.feasible else f"{score.name} {score.bits:.2f} bit ({score.reason})")
     return "; ".join(parts)
+
+
+def report(exploration: Exploration, truth: Truth | None, directory: Path, out: TextIO) -> None:
+    """Write what the object was found to be, next to what it is if that is known."""
+    name, probability = likeliest(exploration.belief)[0]
+    really = f" (truth: {truth.material})" if truth else ""
+    lines = [
+        f"It is most likely {name}, P = {probability:.3f}{really}; {exploration.seconds:.0f} s of robot time."
+    ]
+    for quantity in exploration.belief.network.quantities:
+        found = believed(exploration.belief.marginal(quantity))
+        if truth and quantity in truth.properties:
+            unit, factor = DISPLAY_UNITS.get(truth.units[quantity], (truth.units[quantity], 1.0))
+            found += (
+                f"   (truth: {truth.properties[quantity] * factor:.4g} {unit if unit != '1' else ''}".rstrip()
+                + ")"
+            )
+        lines.append(f"  {quantity:<11} {found}")
+    print("", *lines, f"Kept in {directory}", sep="\n", file=out)
 
 
 class Silent:

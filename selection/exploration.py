@@ -11,9 +11,10 @@ from dynamics.errors import ActionFailed, InvalidInput, MotionRefused
 from dynamics.objects import DeclaredObject
 from dynamics.robot import Robot
 from estimation.belief import Belief
+from estimation.conclude import conclude
 from estimation.measurement import Measurement
 from estimation.network import Network
-from estimation.recording import RunWriter
+from estimation.recording import Recording, RunWriter
 from estimation.size import SizeEstimate
 from selection.actions import ACTIONS, Action, Readings
 from selection.actions.hand import Hand
@@ -145,19 +146,18 @@ class Exploration:
         self._run = run
         self._tape.record(run)
 
-    def recall(self, measurements: Sequence[tuple[str, Measurement]], seconds: float) -> None:
-        """Take up an interrupted exploration: believe what was measured, without doing it again.
-
-        Args:
-            measurements: action and measurement, in order.
-            seconds: robot time spent on them [s].
-        """
-        for name, measurement in measurements:
+    def recall(self, past: Recording) -> None:
+        """Take up an interrupted exploration: believe what was measured in it, without doing it again."""
+        taken = [(recorded.action, recorded.measurement) for recorded in past.measurements]
+        for name, measurement in taken:
             self._take(name, measurement)
-        for name in dict.fromkeys(name for name, _ in measurements):
+        for name in dict.fromkeys(name for name, _ in taken):
             if name in self._models:
                 self._state = _free_hand(self._state.after(self._models[name], 0.0))
-        self._state = replace(self._state, spent_seconds=self._state.spent_seconds + seconds)
+        # The last measurement closed the last action that is believed; time after it led to nothing.
+        if past.measurements and past.decisions:
+            spent = past.measurements[-1].time - past.decisions[0].time
+            self._state = replace(self._state, spent_seconds=self._state.spent_seconds + spent)
         self.belief = self._believed()
 
     def explore(self) -> None:
@@ -245,27 +245,11 @@ class Exploration:
 
         From the start each time, for a better size replaces the one believed before.
         """
-        network, volume = self._blank.network, self._size.volume()
-        belief = self._blank
-        if "volume" in network.quantities:
-            belief = belief.update(volume)
-        for measurement in self._measured:
-            if measurement.property == "mass" and "mass" not in network.quantities:
-                measurement = density_of(measurement, volume)
-            if measurement.property in network.quantities:
-                belief = belief.update(measurement)
-        return belief
+        return conclude(self._blank, self._size, self._measured)
 
     def _note_belief(self) -> None:
         if self._run is not None:
             self._run.belief(self._robot.read().time, belief_record(self.belief))
-
-
-def density_of(mass: Measurement, volume: Measurement) -> Measurement:
-    """Return the density of a mass in a volume, for references that know no mass [kg/m^3]."""
-    density = mass.mean / volume.mean
-    relative = (mass.sd / max(abs(mass.mean), 1e-12), volume.sd / volume.mean)
-    return Measurement("density", density, abs(density) * (relative[0] ** 2 + relative[1] ** 2) ** 0.5, "kg/m^3")
 
 
 def decision_record(decision: Decision) -> dict[str, object]:

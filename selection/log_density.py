@@ -61,9 +61,7 @@ def log_columns(
         if last > narrow:
             rows = slice(narrow - shared, last - shared)
             scaled = (nodes[rows] - centre) / spread
-            columns[narrow:last, u] = (
-                np.einsum("nj,nj->n", kernel[rows], np.exp(-0.5 * scaled * scaled)) / spread
-            )
+            columns[narrow:last, u] = np.einsum("nj,nj->n", kernel[rows], np.exp(-0.5 * scaled * scaled)) / spread
     return columns / math.sqrt(2 * math.pi)
 
 

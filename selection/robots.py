@@ -11,7 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from dynamics.errors import InvalidInput, UnknownName
+from dynamics.gripper import LoadSpread
 from dynamics.robot import Robot
+from models.robot import Revision
 
 NOISE_NAMES = ("default", "none")
 
@@ -24,11 +26,24 @@ class RobotRequest:
         object_file: the object on its table; a real robot does not read it.
         noise: ``default``, ``none``, or the path of a sensor model; for simulated robots.
         seed: of everything random in a simulated robot.
+        revision, vision: which Gen3 it is.
+        host, tcp_port, udp_port: where a real arm listens.
+        tare: file of a tare of a real arm's torque sensors.
+        load_spread: what the pads' load does in an object between a real gripper's pads, ``pad`` or ``face``.
+        yes: do not ask before a real arm's first motion.
     """
 
     object_file: Path
     noise: str = "default"
     seed: int = 0
+    revision: Revision = "V12"
+    vision: bool = True
+    host: str = ""
+    tcp_port: int = 10000
+    udp_port: int = 10001
+    tare: Path | None = None
+    load_spread: LoadSpread = "pad"
+    yes: bool = False
 
 
 @dataclass(frozen=True)
@@ -96,7 +111,27 @@ def _simulated(request: RobotRequest) -> OpenedRobot:
         },
         units={"mass": "kg", "density": "kg/m^3", "elasticity": "Pa", "friction": "1", "volume": "m^3"},
     )
-    return OpenedRobot(MujocoRobot(truth, noise, request.seed), told)
+    robot = MujocoRobot(truth, noise, request.seed, revision=request.revision, vision=request.vision)
+    return OpenedRobot(robot, told)
 
 
-ROBOTS: dict[str, Callable[[RobotRequest], OpenedRobot]] = {"sim": _simulated}
+def _kortex(request: RobotRequest) -> OpenedRobot:
+    from dynamics.gripper import robotiq_2f85
+    from hw.connect import connect
+
+    if not request.host:
+        raise InvalidInput("--host", "nothing", "name or address of the arm, for --robot kortex")
+    robot = connect(
+        request.host,
+        request.tcp_port,
+        request.udp_port,
+        revision=request.revision,
+        vision=request.vision,
+        gripper=robotiq_2f85(request.load_spread),
+        tare=request.tare,
+        yes=request.yes,
+    )
+    return OpenedRobot(robot, None)
+
+
+ROBOTS: dict[str, Callable[[RobotRequest], OpenedRobot]] = {"sim": _simulated, "kortex": _kortex}

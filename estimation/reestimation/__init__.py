@@ -1,7 +1,7 @@
 """Recordings through the current estimators again, against what was measured and believed at the time."""
 
+from estimation.conclude import conclude
 from estimation.reestimation.again import Redone, Reestimate, reestimate
-from estimation.reestimation.conclude import conclude
 from estimation.reestimation.description import Known, arm_named, describe, known_of
 
 __all__ = ["Known", "Redone", "Reestimate", "arm_named", "conclude", "describe", "known_of", "reestimate"]

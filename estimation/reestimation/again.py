@@ -11,9 +11,9 @@ import numpy as np
 from dynamics.errors import InvalidInput, PalpateError
 from dynamics.signals import Phase
 from estimation.belief import Belief
+from estimation.conclude import conclude
 from estimation.measurement import Measurement
 from estimation.recording import Recording
-from estimation.reestimation.conclude import conclude
 from estimation.reestimation.description import Known
 from estimation.reestimation.episodes import (
     Episode,

@@ -126,6 +126,7 @@ def _declared(config: Mapping[str, Any], object_file: str, notes: list[str]) -> 
 def _blank(config: Mapping[str, Any], reference: str, notes: list[str]) -> Belief | None:
     from estimation.belief import Belief
     from estimation.network import Network
+    from estimation.prior import parse_prior
 
     name = reference or config.get("reference")
     if not isinstance(name, str):
@@ -137,20 +138,4 @@ def _blank(config: Mapping[str, Any], reference: str, notes: list[str]) -> Belie
             raise
         notes.append(f"no belief: {error}")
         return None
-    return Belief(network, _prior(str(config.get("prior") or ""), network.materials))
-
-
-def _prior(text: str, materials: tuple[str, ...]) -> dict[str, float] | None:
-    """Return the prior of a configuration: what is not named shares the rest evenly."""
-    if not text:
-        return None
-    given: dict[str, float] = {}
-    for part in text.split(",") if text != "uniform" else ():
-        name, _, value = part.partition("=")
-        try:
-            given[name] = float(value)
-        except ValueError:
-            raise InvalidInput("recording: prior", text, "NAME=P,...") from None
-    rest = [name for name in materials if name not in given]
-    left = max(1 - sum(given.values()), 0.0)
-    return given | {name: left / len(rest) for name in rest}
+    return Belief(network, parse_prior(str(config.get("prior") or ""), network, "recording: prior"))

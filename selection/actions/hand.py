@@ -220,7 +220,7 @@ class Hand:
         return float(self.robot.arm.tool_pose(self._q)[2, 3] - self.grasp_pose[2, 3])
 
     def _feels(self, samples: Sequence[Sample]) -> bool:
-        """Tell whether the motor worked harder than when closing in air, by three standard errors and a quantum."""
+        """Tell whether the motor worked harder than in air, by three standard errors and half a step."""
         if len(samples) < 2:
             return False
         air = np.array([s.effort for s in self._air])

@@ -45,7 +45,7 @@ class Squeeze:
         return ActionModel(self.name, (sensor,), self.seconds, "grasp", self.setup_seconds, repeat_cap=1)
 
     def perform(self, hand: Hand) -> None:
-        """Squeeze the object and put it back; leaves phases ``air``, ``grasp``, ``compress``, ``dwell``, ``release``.
+        """Squeeze the object; leaves phases ``air``, ``grasp``, ``compress``, ``dwell``, ``release``.
 
         The motor current tells of force only while the gripper moves, so the readings are in the steps themselves.
 
@@ -68,7 +68,7 @@ class Squeeze:
         start = _safe_opening(hand, closing, weight)
         travel, cycle = 0.0, 0
         while cycle < LEAST_CYCLES or (travel < TRAVEL and cycle < MOST_CYCLES):
-            # Cycles start a share of the opening's step apart, so that its coarse reading differs between them.
+            # Cycles start a share of the opening's step apart, so that its coarse reading differs.
             shift = (cycle % LEAST_CYCLES) / LEAST_CYCLES * hand.robot.gripper.opening_quantum
             opening = max(start - shift, hand.robot.read().opening)
             with hand.tape.phase(self.name, "release"):

@@ -217,6 +217,16 @@ def test_real_logs_of_a_ur10e():
     # an unloaded run that the calibration has not seen
     held_out = calibrate_drives(arm, [first], [loaded], 2.805)
     assert abs(estimate_payload_motion(second, held_out).mass) < 0.1
+    # half of the loaded run, its gains from the other half
+    log = read_csv(UR10E / f"{names[2]}.csv", columns)
+    half = len(log) // 2
+    parts = [
+        motion_rows(arm, JointLog(log.time[s], log.q[s], log.effort[s], log.effort_kind, log.dq[s]))
+        for s in (slice(half), slice(half, None))
+    ]
+    other = estimate_payload_motion(parts[1], calibrate_drives(arm, [first, second], parts[:1], 2.805))
+    assert other.mass_interval[0] < 2.805 < other.mass_interval[1]
+    assert other.mass == pytest.approx(2.805, rel=0.05)
     # without the known mass: the gains rest on the description, and the interval says how little that is worth
     blind = estimate_payload_motion(loaded, calibrate_drives(arm, [first, second]))
     assert blind.mass_interval[0] < 2.805 < blind.mass_interval[1]

@@ -166,6 +166,20 @@ def test_readings_that_never_change_are_no_contact():
         estimate_stiffness(stress_strain(np.zeros(30), np.linspace(0.06, 0.05, 30), BLOCK))
 
 
+def test_an_opening_that_never_changes_is_no_contact():
+    with pytest.raises(NoContact, match="opening"):
+        estimate_stiffness(stress_strain(np.linspace(0, 9, 30), np.full(30, 0.05), BLOCK))
+
+
+@pytest.mark.parametrize("at", [0, 30, 70, 99])
+def test_one_huge_spike_among_clean_readings_changes_nothing(at):
+    curve = curve_of(5e4)
+    stress = curve.stress.copy()
+    stress[at] += 60e3
+    estimate = estimate_stiffness(StressStrain(curve.strain, stress, BLOCK))
+    assert estimate.young_modulus == pytest.approx(5e4, rel=1e-3)
+
+
 def test_contact_wider_than_the_object_is_refused():
     curve = curve_of(5e4, noise=0.2)
     narrow = dataclasses.replace(BLOCK, width=0.040)

@@ -9,6 +9,7 @@ import pytest
 from dynamics.errors import ActionFailed
 from dynamics.objects import read_declared
 from dynamics.robot import Robot
+from estimation.conclude import density_of
 from estimation.measurement import Measurement
 from estimation.network import Network
 from estimation.size import SizeEstimate
@@ -16,7 +17,7 @@ from models import objects
 from selection.actions import Squeeze, Weigh
 from selection.actions.hand import Hand
 from selection.display import Silent
-from selection.exploration import Exploration, Settings, density_of
+from selection.exploration import Exploration, Settings
 from selection.tape import Tape
 from sim.robot import MujocoRobot
 from sim.sensors import SensorModel

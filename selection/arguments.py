@@ -1,0 +1,146 @@
+"""What the command line of a run takes, and what is refused there."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
+
+if TYPE_CHECKING:
+    from selection.robots import RobotRequest
+
+WRONG_INPUT = 2
+DEFAULT_OBJECT = "soft-cube"
+DEFAULT_REFERENCE = "soft-cubes"
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    made = OneLineParser(
+        prog="python -m selection.run", description="Explore an object until it is known well enough."
+    )
+    made.add_argument("--object", default=DEFAULT_OBJECT, metavar="NAME|FILE.toml", help="object on the table")
+    made.add_argument(
+        "--reference", default=DEFAULT_REFERENCE, metavar="NAME|FILE.json", help="what is known of materials"
+    )
+    made.add_argument(
+        "--prior",
+        metavar="uniform|NAME=P,...",
+        help="probabilities of materials beforehand; what is not named shares the rest",
+    )
+    made.add_argument("--seed", type=_seed, default=0, metavar="N", help="of everything random in the simulation")
+    made.add_argument("--out", type=Path, metavar="DIR", help="run directory (default: runs/<time>-<object>)")
+    made.add_argument(
+        "--noise", default="default", metavar="default|none|FILE", help="errors of the simulated sensors"
+    )
+    made.add_argument(
+        "--confidence",
+        type=_probability,
+        default=0.99,
+        metavar="P",
+        help="stop when a material is as probable as this",
+    )
+    made.add_argument(
+        "--budget", type=_seconds, default=math.inf, metavar="SECONDS", help="robot time to spend at most"
+    )
+    made.add_argument(
+        "--price", type=_seconds, default=0.005, metavar="BITS", help="what a second of robot time is worth"
+    )
+    made.add_argument("--robot", default="sim", metavar="sim|kortex", help="which robot explores")
+    made.add_argument("--revision", choices=("V12", "BRAKES"), default="V12", help="hardware of the arm")
+    made.add_argument("--no-vision", action="store_true", help="the arm has no vision module")
+    made.add_argument("--resume", type=Path, metavar="DIR", help="go on with an interrupted run")
+    made.add_argument("--list", action="store_true", help="list objects and references, and end")
+    made.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    real = made.add_argument_group("for --robot kortex")
+    real.add_argument("--host", default="", metavar="H", help="name or address of the arm")
+    real.add_argument("--port", type=_port, default=10000, metavar="N", help="its TCP port (%(default)s)")
+    real.add_argument("--udp-port", type=_port, default=10001, metavar="N", help="its UDP port (%(default)s)")
+    real.add_argument("--offsets", type=Path, metavar="FILE", help="tare of its torque sensors, by hw.check")
+    real.add_argument(
+        "--load-spread",
+        choices=("pad", "face"),
+        default="pad",
+        help="pads indent the object, or compress its whole face as in the emulator's simulation",
+    )
+    real.add_argument("--yes", action="store_true", help="do not ask before the first motion")
+    return made
+
+
+class OneLineParser(argparse.ArgumentParser):
+    """Reports wrong arguments on one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Say what is wrong, and end."""
+        self.exit(WRONG_INPUT, f"{self.prog}: {message}\n")
+
+
+def robot_request(given: argparse.Namespace, object_file: Path) -> RobotRequest:
+    """Return which robot the arguments ask for."""
+    from selection.robots import RobotRequest
+
+    return RobotRequest(
+        object_file,
+        noise=given.noise,
+        seed=given.seed,
+        revision=given.revision,
+        vision=not given.no_vision,
+        host=given.host,
+        tcp_port=given.port,
+        udp_port=given.udp_port,
+        tare=given.offsets,
+        load_spread=given.load_spread,
+        yes=given.yes,
+    )
+
+
+def object_file(name: str) -> Path:
+    """Return the file of an object given by name or path.
+
+    Raises:
+        UnknownName: if it is neither.
+    """
+    from dynamics.errors import UnknownName
+    from models import objects
+
+    try:
+        return objects.locate(name)
+    except KeyError:
+        raise UnknownName("--object", name, (*objects.names(), "or the path of a TOML file")) from None
+
+
+def _probability(text: str) -> float:
+    value = _number(text)
+    if not 0 < value <= 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a probability in (0, 1]")
+    return value
+
+
+def _seed(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or len(text) > 18:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a seed: a whole number from 0 to 10^18")
+    return int(text)
+
+
+def _port(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or not 0 < int(text[:6]) < 1 << 16:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a port from 1 to 65535")
+    return int(text)
+
+
+def _seconds(text: str) -> float:
+    value = _number(text)
+    if value < 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is negative")
+    return value
+
+
+def _number(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
+    return value
