@@ -111,17 +111,17 @@ def _tare(robot: KortexRobot, path: Path) -> None:
 
     if robot.settings.dry_run:
         raise InvalidInput("--tare", "a dry run", "a run that may move")
-    tare = fit_tare(robot.arms, *visit_poses(robot))
-    if tare.revision != robot.settings.revision:
+    tare = fit_tare(robot.arms, robot.settings.revision, *visit_poses(robot))
+    if tare.likelier is not None:
         raise PalpateError(
-            f"over {tare.poses} poses the torques are those of a {tare.revision} arm (misfit "
-            f"{tare.misfit[tare.revision]:.3f} N m), not of a {robot.settings.revision} "
-            f"({tare.misfit[robot.settings.revision]:.3f} N m): give --revision {tare.revision}; "
-            "nothing was written"
+            f"over {tare.poses} poses the torques are those of a {tare.likelier} arm (misfit "
+            f"{tare.misfit[tare.likelier]:.3f} N m), not of a {tare.revision} ({tare.misfit[tare.revision]:.3f} "
+            f"N m): give --revision {tare.likelier}; nothing was written"
         )
     tare.save(path)
     sys.stdout.write(f"torque offsets [N m]: {', '.join(f'{torque:+.3f}' for torque in tare.offset)}\n")
-    sys.stdout.write(f"the torques are those of a {tare.revision} arm; written to {path}\n")
+    told = f"are those of a {tare.revision} arm" if tare.telling else "do not tell the hardware revision"
+    sys.stdout.write(f"the torques {told}; written to {path}\n")
 
 
 def _parser() -> argparse.ArgumentParser:
