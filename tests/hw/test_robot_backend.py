@@ -11,12 +11,10 @@ import numpy as np
 import pytest
 
 from dynamics.errors import MotionRefused
-from dynamics.gripper import robotiq_2f85
-from hw.connect import connect
 from hw.emulator.robot_backend import RobotBackend
 from hw.kortex.errors import EmergencyStopped, GripperStuck, TrajectoryAborted
 from models import objects
-from selection import robots, run
+from selection import run
 from sim.robot import MujocoRobot
 from sim.sensors import SensorModel
 from sim.truth import read_truth
@@ -93,16 +91,12 @@ def test_exploration_through_the_emulator_finds_what_the_simulation_finds(tmp_pa
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
         tcp, udp = (int(port) for port in re.findall(r":(\d+)", server.stdout.readline()))
 
-        def kortex(request):
-            # The simulated cube deforms evenly over the pads' face.
-            arm = connect("127.0.0.1", tcp, udp, gripper=robotiq_2f85("face"), yes=True)
-            return robots.OpenedRobot(arm, None)
-
-        monkeypatch.setitem(robots.ROBOTS, "kortex", kortex)
+        # The simulated cube deforms evenly over the pads' face.
+        arm = ["--host", "127.0.0.1", "--port", str(tcp), "--udp-port", str(udp), "--load-spread", "face", "--yes"]
         found = {}
         try:
-            for name in ("sim", "kortex"):
-                assert run.main(["--robot", name, "--out", str(tmp_path / name), *THOROUGH]) == 0
+            for name, more in (("sim", []), ("kortex", arm)):
+                assert run.main(["--robot", name, "--out", str(tmp_path / name), *THOROUGH, *more]) == 0
                 found[name] = measured(tmp_path / name)
         finally:
             server.send_signal(signal.SIGTERM)
