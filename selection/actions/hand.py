@@ -29,6 +29,7 @@ MAX_EFFORT = 0.9  # A
 PATH_SPEED = 0.6  # share of the arm's speed and acceleration limits
 LINE_SPEED = 0.35
 _TABLE = Box("table", (1.6, 1.6, 0.04), shifted(0.0, 0.0, -0.02))
+_SAME = 1e-6  # rad: a motion of less is none
 _PAD_CLEARANCE = 0.004  # m between the fingertips and the table
 
 
@@ -212,6 +213,8 @@ class Hand:
         return best[1], best[2]
 
     def _run(self, path: Array, speed: float) -> None:
+        if np.abs(path - self._q).max() < _SAME:
+            return
         (self._laden if self._is_laden else self._free).check(path)
         self.robot.follow(time_path(self.robot.arm, path, speed))
         self._q = path[-1]
