@@ -30,6 +30,7 @@ PATH_SPEED = 0.6  # share of the arm's speed and acceleration limits
 LINE_SPEED = 0.35
 _TABLE = Box("table", (1.6, 1.6, 0.04), shifted(0.0, 0.0, -0.02))
 _SAME = 1e-6  # rad: a motion of less is none
+_TOP_CLEARANCE = 0.002  # m between the object's top and the end of the cranks
 _PAD_CLEARANCE = 0.004  # m between the fingertips and the table
 
 
@@ -55,7 +56,9 @@ class Hand:
         free = (_TABLE, declared.box())
         self._free = Workspace(robot.arm, free, self._rest)
         depth = gripper.pad_depth(self.width) - gripper.tool_depth
-        self._height = max(declared.size[2] / 2, gripper.pad_length / 2 + _PAD_CLEARANCE)
+        # Not so low that the fingertips touch the table, nor that a tall object gets between the cranks.
+        top = declared.size[2] - gripper.pad_height + _TOP_CLEARANCE
+        self._height = max(declared.size[2] / 2, top, gripper.pad_length / 2 + _PAD_CLEARANCE)
         held = shifted(0.0, 0.0, depth + self._height - declared.size[2] / 2)
         # The carried box is a little smaller, so that it may stand on the table.
         size = (declared.size[self.edge], declared.size[1 - self.edge], declared.size[2])
