@@ -47,7 +47,8 @@ def main() -> None:
     for row in rows:
         print(
             f"{row['young_modulus'] / 1e3:7.0f}  {row['mass'] * 1e3:8.0f}  {shown(row, 'elasticity', 1e-3):16}  "
-            f"{shown(row, 'mass_found', 1e3):16}  {row['seconds']:7.0f}  {row['wall_seconds']:6.1f}  {row['failed']}"
+            f"{shown(row, 'mass_found', 1e3):16}  {row['seconds']:7.0f}  {row['wall_seconds']:6.1f}  "
+            f"{'; '.join(row['failed'])}"
         )
 
 

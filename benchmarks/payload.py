@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from dynamics.arm import Arm
 from dynamics.signals import JointReadings, Phase, Sample
 from estimation.payload import JointNoise, estimate_payload
-from estimation.payload_batch import design_matrix, estimate_batch
-from estimation.payload_poses import plan_poses
+from estimation.payload.batch import design_matrix, estimate_batch
+from estimation.payload.poses import plan_poses
 from estimation.weighing import measure_weighing
 
 Array = NDArray[np.float64]

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from dynamics.arm import Arm
-    from estimation.drives import Drives
-    from estimation.motion_rows import MotionRows
+    from estimation.payload.drives import Drives
+    from estimation.payload.motion_rows import MotionRows
 
 EPILOG = """\
 Without --reference or --gain, motor currents tell the links only in amperes: the gains then rest on the
@@ -35,9 +35,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(given: argparse.Namespace) -> None:
     import logging
 
-    from estimation.drives_fit import calibrate_drives
-    from estimation.motion_rows import motion_rows
-    from estimation.payload_motion import estimate_payload_motion
+    from estimation.payload.drives_fit import calibrate_drives
+    from estimation.payload.motion import estimate_payload_motion
+    from estimation.payload.motion_rows import motion_rows
     from estimation.readers.csv import ColumnMap, read_csv
 
     logging.basicConfig(level=logging.WARNING, format="calibrate: %(message)s")

@@ -23,8 +23,8 @@ from dynamics.compression import Geometry, Shape, StressStrain, geometry_of, str
 from dynamics.errors import InvalidInput, PalpateError
 from dynamics.gripper import ParallelGripper, robotiq_2f85
 from estimation.stiffness import estimate_stiffness
-from estimation.stiffness_estimate import StiffnessEstimate
-from estimation.stiffness_repeats import (
+from estimation.stiffness.estimate import StiffnessEstimate
+from estimation.stiffness.repeats import (
     FusedStiffness,
     calibrate_series_stiffness,
     fuse_stiffness,

@@ -19,8 +19,8 @@ from dynamics.gripper import ParallelGripper
 from dynamics.signals import GripperReadings, Phase
 from estimation.measurement import Measurement
 from estimation.stiffness import CurveNoise, StiffnessEstimate, TooLittleCompression, estimate_stiffness
-from estimation.stiffness_fit import predict
-from estimation.stiffness_noise import quantum_of
+from estimation.stiffness.fit import predict
+from estimation.stiffness.noise import quantum_of
 
 Array = NDArray[np.float64]
 

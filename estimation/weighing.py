@@ -9,8 +9,8 @@ from dynamics.errors import InvalidInput
 from dynamics.signals import Phase
 from estimation.measurement import Measurement
 from estimation.payload import estimate_payload
-from estimation.payload_estimate import PayloadEstimate
-from estimation.payload_noise import JointNoise
+from estimation.payload.estimate import PayloadEstimate
+from estimation.payload.noise import JointNoise
 
 
 def measure_weighing(

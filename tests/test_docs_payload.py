@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from estimation.payload_estimate import PayloadEstimate
+from estimation.payload.estimate import PayloadEstimate
 
 
 def test_examples_run():

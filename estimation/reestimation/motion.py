@@ -56,10 +56,10 @@ def weigh_motion(arm: Arm, log: JointLog, tares: list[JointLog], drives: str = "
     Raises:
         InvalidInput: if there is neither.
     """
-    from estimation.drives import Drives
-    from estimation.drives_fit import calibrate_drives
-    from estimation.motion_rows import motion_rows
-    from estimation.payload_motion import estimate_payload_motion
+    from estimation.payload.drives import Drives
+    from estimation.payload.drives_fit import calibrate_drives
+    from estimation.payload.motion import estimate_payload_motion
+    from estimation.payload.motion_rows import motion_rows
 
     if drives:
         calibrated = Drives.from_file(drives)
