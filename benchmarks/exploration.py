@@ -33,13 +33,8 @@ def main() -> None:
     parser.add_argument("--noise", choices=("default", "none"), default="default")
     given = parser.parse_args()
     noise = SensorModel() if given.noise == "default" else SensorModel.none()
-    base = read_truth(objects.locate("soft-cube"))
-    rows = [
-        explore(dataclasses.replace(base, young_modulus=modulus, mass=mass), noise, given.seed)
-        for modulus in MODULI
-        for mass in MASSES
-        if can_be_held(dataclasses.replace(base, young_modulus=modulus, mass=mass))
-    ]
+    cubes = [base_object(modulus, mass) for modulus in MODULI for mass in MASSES]
+    rows = [explore(cube, noise, given.seed) for cube in cubes if can_be_held(cube)]
     if given.json:
         json.dump(rows, sys.stdout, indent=2)
         return
@@ -50,6 +45,11 @@ def main() -> None:
             f"{shown(row, 'mass_found', 1e3):16}  {row['seconds']:7.0f}  {row['wall_seconds']:6.1f}  "
             f"{'; '.join(row['failed'])}"
         )
+
+
+def base_object(modulus: float, mass: float) -> TrueObject:
+    """Return the default cube with another modulus [Pa] and mass [kg]."""
+    return dataclasses.replace(read_truth(objects.locate("soft-cube")), young_modulus=modulus, mass=mass)
 
 
 def can_be_held(truth: TrueObject) -> bool:

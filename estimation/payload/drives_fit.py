@@ -1,9 +1,9 @@
 """Calibrate drives and links from runs without a payload and, for the gains, with a known mass.
 
 The model of :mod:`estimation.payload.drives` is bilinear in gains and the rest; Gauss-Newton on a factor graph
-solves it, with a broad prior about the arm's description. Unloaded runs tell the model in amperes but not the gains, for all
-of it scales together: a run with a known mass, or gains given, sets the scale. Without either only the masses of
-the description do, and the stated uncertainty of the gains says so.
+solves it, with a broad prior about the arm's description. Unloaded runs tell the model in amperes but not the
+gains, for all of it scales together: a run with a known mass, or gains given, sets the scale. Without either
+only the masses of the description do, and the stated uncertainty of the gains says so.
 """
 
 from __future__ import annotations
