@@ -56,7 +56,9 @@ def read_network(path_or_name: str | Path) -> Network:
         raise UnknownName("reference", str(path_or_name), references.names()) from None
     except FileNotFoundError:
         raise InvalidInput("reference", str(path_or_name), "an existing file or a shipped name") from None
-    except ValueError as error:
+    except OSError as error:
+        raise InvalidInput(str(path_or_name), error.strerror or str(error), "a readable JSON file") from None
+    except (ValueError, RecursionError) as error:
         raise InvalidInput(str(path_or_name), str(error), "a JSON object") from None
     return parse_network(content, source.name)
 

@@ -28,6 +28,8 @@ def parse_prior(text: str | None, network: Network, where: str) -> dict[str, flo
             raise InvalidInput(where, part, "uniform, or NAME=P,... such as " + f"{listed[0]}=0.7")
         if name not in network.classes(MATERIAL):
             raise UnknownName(where, name, network.classes(MATERIAL))
+        if name in given:
+            raise InvalidInput(where, f"{name} twice", "every name once")
         try:
             given[name] = float(value)
         except ValueError:

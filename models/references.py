@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 FOLDER = Path(__file__).parent / "references"
+MAX_BYTES = 10_000_000
 
 
 def names() -> tuple[str, ...]:
@@ -41,7 +42,11 @@ def raw(path_or_name: str | Path) -> dict[str, Any]:
         ValueError: if the file is not a JSON object.
     """
     source = locate(path_or_name)
-    content = json.loads(source.read_text(encoding="utf-8"))
+    with source.open("rb") as file:  # a device file would never end
+        head = file.read(MAX_BYTES + 1)
+    if len(head) > MAX_BYTES:
+        raise ValueError(f"{source}: a reference file holds at most {MAX_BYTES} bytes")
+    content = json.loads(head.decode("utf-8"))
     if not isinstance(content, dict):
         raise ValueError(f"{source}: a reference file holds one JSON object")
     return content

@@ -277,9 +277,15 @@ def belief_record(belief: Belief) -> dict[str, object]:
     return {
         "belief": {name: belief.probabilities(name) for name in belief.network.variables},
         "properties": {
-            name: {"mean": marginal.mean, "sd": marginal.sd, "unit": marginal.unit}
-            for name in belief.network.quantities
-            if (marginal := belief.marginal(name)) is not None
+            name: {
+                "mean": marginal.mean,
+                "sd": marginal.sd,
+                "unit": marginal.unit,
+                # Moments of what has not been measured yet say little on a log scale: the tails make them.
+                "median": marginal.quantile(0.5),
+                "interval_90": list(marginal.interval(0.9)),
+            }
+            for name, marginal in ((name, belief.marginal(name)) for name in belief.network.quantities)
         },
     }
 
