@@ -47,6 +47,11 @@ class Tape:
                 self._run.end_phase(self._robot.read().time)
             self._phases.append(Phase(action, name, index, tuple(heard)))
 
+    @property
+    def phases(self) -> tuple[Phase, ...]:
+        """The phases gathered since they were last taken."""
+        return tuple(self._phases)
+
     def take(self) -> tuple[Phase, ...]:
         """Return the phases gathered since the last call."""
         phases, self._phases = tuple(self._phases), []

@@ -13,6 +13,7 @@ from estimation.conclude import density_of
 from estimation.measurement import Measurement
 from estimation.network import Network
 from estimation.size import SizeEstimate
+from estimation.weighing import measure_weighing
 from models import objects
 from selection.actions import Squeeze, Weigh
 from selection.actions.hand import Hand
@@ -141,3 +142,18 @@ def test_density_of_a_reference_without_mass():
     ratio = draws.normal(0.1, 0.001, 100_000) / draws.normal(2e-4, 4e-6, 100_000)
     assert found.mean == pytest.approx(500)
     assert found.sd == pytest.approx(ratio.std(), rel=0.02)
+
+
+def test_weighing_stops_when_the_mass_is_known():
+    tours = {}
+    for noise in (SensorModel.none(), SensorModel()):
+        robot = MujocoRobot(TRUTH, noise, seed=2)
+        tape = Tape(robot)
+        Weigh().perform(Hand(robot, DECLARED, tape))
+        phases = tape.take()
+        tours[noise] = [phase.name for phase in phases if phase.name in ("tare", "hold")]
+        estimate, _ = measure_weighing(robot.arm, phases)
+        assert abs(estimate.mass - TRUTH.mass) < 4 * estimate.mass_sd + 1e-4
+    exact, noisy = tours.values()
+    assert 3 == exact.count("hold") < noisy.count("hold") == 4
+    assert exact == ["tare"] * 4 + ["hold"] * exact.count("hold") + ["tare"] * exact.count("hold")
