@@ -48,8 +48,9 @@ def explore(robot, actions=None, declared=DECLARED):
 
 
 def test_exploration_needs_nothing_but_the_protocol():
-    open_robot = explore(MujocoRobot(TRUTH, seed=3))
-    closed = explore(OnlyTheProtocol(MujocoRobot(TRUTH, seed=3)))
+    # By squeezing; weighing is done with nothing but the protocol in the last test below.
+    open_robot = explore(MujocoRobot(TRUTH, seed=3), actions=(Squeeze(),))
+    closed = explore(OnlyTheProtocol(MujocoRobot(TRUTH, seed=3)), actions=(Squeeze(),))
     assert closed.belief.to_json() == open_robot.belief.to_json()
     assert [s.measurements for s in closed.steps] == [s.measurements for s in open_robot.steps]
 
@@ -147,7 +148,7 @@ def test_density_of_a_reference_without_mass():
 def test_weighing_stops_when_the_mass_is_known():
     tours = {}
     for noise in (SensorModel.none(), SensorModel()):
-        robot = MujocoRobot(TRUTH, noise, seed=2)
+        robot = OnlyTheProtocol(MujocoRobot(TRUTH, noise, seed=2))
         tape = Tape(robot)
         Weigh().perform(Hand(robot, DECLARED, tape))
         phases = tape.take()
