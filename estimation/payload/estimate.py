@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from dynamics.payload import STATIC_PARAMETERS
 from estimation.measurement import Measurement
+from estimation.payload.mass import MassEstimate
 
 Array = NDArray[np.float64]
 
@@ -18,7 +19,7 @@ HAND = 0.1  # m: the size of things held in a hand, for first moments
 
 
 @dataclass(frozen=True)
-class PayloadEstimate:
+class PayloadEstimate(MassEstimate):
     """A payload estimated from joint torques.
 
     Attributes:
@@ -34,29 +35,12 @@ class PayloadEstimate:
             less than a fifth of that (times 0.1 m for m c).
     """
 
-    parameters: Array
-    covariance: Array
     weights: Array
     pose_weights: Array
     residuals: Array
     noise_sd: Array
     condition: float
     capacity: float
-
-    @property
-    def mass(self) -> float:
-        """Mass [kg]."""
-        return float(self.parameters[0])
-
-    @property
-    def mass_sd(self) -> float:
-        """Standard deviation of the mass [kg]."""
-        return float(np.sqrt(self.covariance[0, 0]))
-
-    @property
-    def mass_interval(self) -> tuple[float, float]:
-        """95 % interval of the mass [kg]."""
-        return self.mass - 1.96 * self.mass_sd, self.mass + 1.96 * self.mass_sd
 
     @property
     def center_of_mass(self) -> Array:
@@ -88,7 +72,7 @@ class PayloadEstimate:
     @property
     def mass_is_distinct(self) -> bool:
         """Tell whether the mass is identified and differs from zero by more than two sd."""
-        return "mass" in self.identified and abs(self.mass) > 2 * self.mass_sd
+        return "mass" in self.identified and super().mass_is_distinct
 
     @property
     def verdict(self) -> str:

@@ -25,6 +25,7 @@ from estimation.payload.autocorrelation import (
     small_sample_widening,
 )
 from estimation.payload.drives import Drives
+from estimation.payload.mass import MassEstimate
 from estimation.payload.motion_rows import MotionRows
 from estimation.payload.nearest_body import nearest_body
 from estimation.payload.noise import responsibilities
@@ -40,7 +41,7 @@ DISTINCT = 3.0  # sd by which every principal moment of inertia must exceed zero
 
 
 @dataclass(frozen=True)
-class MotionPayload:
+class MotionPayload(MassEstimate):
     """A payload estimated from a motion.
 
     Attributes:
@@ -52,31 +53,9 @@ class MotionPayload:
         residual_sd: of every joint [N m], (nv,).
     """
 
-    parameters: Array
-    covariance: Array
     inertia_identified: bool
     weights: Array
     residual_sd: Array
-
-    @property
-    def mass(self) -> float:
-        """Mass [kg]."""
-        return float(self.parameters[0])
-
-    @property
-    def mass_sd(self) -> float:
-        """Standard deviation of the mass [kg]."""
-        return float(np.sqrt(self.covariance[0, 0]))
-
-    @property
-    def mass_interval(self) -> tuple[float, float]:
-        """95 % interval of the mass [kg]."""
-        return self.mass - 1.96 * self.mass_sd, self.mass + 1.96 * self.mass_sd
-
-    @property
-    def mass_is_distinct(self) -> bool:
-        """Tell whether the mass differs from zero by more than two sd."""
-        return abs(self.mass) > 2 * self.mass_sd
 
     @property
     def center_of_mass(self) -> Array:
