@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from multiprocessing import get_context
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from dynamics.errors import InvalidInput, PalpateError
+from estimation.parallel import in_parallel
 
 
 @dataclass(frozen=True)
@@ -67,16 +65,11 @@ def estimate_all(
         scheduler: address of a Dask scheduler, instead.
         told: called with the number that is done.
     """
-    if len(logs) == 1 and not scheduler:
-        return [estimate_one(logs[0], request)]
-    with _executor(workers or os.cpu_count() or 1, scheduler) as executor:
-        futures: dict[Future[Mapping[str, Any]], int] = {
-            executor.submit(estimate_one, log, request): number for number, log in enumerate(logs)
-        }
-        for count, _ in enumerate(as_completed(futures), 1):
-            told(count)
-        ordered = sorted(futures, key=lambda future: futures[future])
-        return [future.result() for future in ordered]
+    reports: dict[int, Mapping[str, Any]] = {}
+    for number, report in in_parallel(partial(estimate_one, request=request), logs, workers, scheduler):
+        reports[number] = report
+        told(len(reports))
+    return [reports[number] for number in range(len(logs))]
 
 
 def estimate_one(log: Path, request: Request) -> Mapping[str, Any]:
@@ -87,21 +80,3 @@ def estimate_one(log: Path, request: Request) -> Mapping[str, Any]:
         return report_of(log, request)
     except PalpateError as error:
         return {"log": str(log), "error": str(error)}
-
-
-@contextmanager
-def _executor(workers: int, scheduler: str) -> Iterator[Executor]:
-    if not scheduler:
-        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-            yield pool
-        return
-    try:
-        from distributed import Client
-    except ImportError:
-        raise InvalidInput("--scheduler", scheduler, "an installed Dask: pip install palpate[dask]") from None
-    try:
-        client = Client(scheduler, timeout=10)
-    except (OSError, ValueError) as error:
-        raise InvalidInput("--scheduler", scheduler, f"the address of a Dask scheduler ({error})") from None
-    with client:
-        yield client.get_executor()
