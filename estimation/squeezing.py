@@ -30,6 +30,7 @@ CURRENT_RELATIVE_SD = 0.02  # and the part that grows with the current
 FEW_TICKS = 2.0  # steps of the opening in contact below which not even a wide interval is given
 DELAYS = (0.005, 0.01, 0.015, 0.02)  # s
 DELAY_EVIDENCE = 6.0  # log-likelihood that a delay must gain
+RIGID_STRAIN = 1e-3  # compression of all squeezes below which an object has not given way
 SETTLING = 2  # samples left out at the start of a motion, where the motor still speeds up
 
 
@@ -74,8 +75,16 @@ def measure_squeeze(
     air, air_sd = air_current([phase.gripper() for phase in phases if phase.name == "air"], gripper)
     quantum = gripper.opening_quantum if quantum_of(opening_grid(phases)) > 0 else 0.0
     closing = [phase.gripper() for phase in phases if phase.name in ("close", "compress")]
+    rigid = _gave_by(closing) <= max(quantum, RIGID_STRAIN * size[0])
+    if (
+        rigid
+    ):  # then only how the grasp met it shows where it is, and what it gives is not told from the pads' give
+        closing = [phase.gripper() for phase in phases if phase.name == "grasp"] + closing
+        if quantum == 0:
+            quantum = RIGID_STRAIN * size[0]
+            closing = [replace(r, opening=np.round(r.opening / quantum) * quantum) for r in closing]
     locked = locked_current([phase.gripper() for phase in phases if phase.name == "dwell"])
-    opening, effort, speed = closing_readings(closing, quantum, locked)
+    opening, effort, speed = closing_readings(closing, quantum, locked, stuck=rigid)
     force = gripper.force_per_ampere * (effort - air)
     geometry = geometry_of(shape, size, gripper, poisson=poisson, rule=rule, fill=fill)
     noise = CurveNoise(
@@ -91,10 +100,11 @@ def measure_squeeze(
         estimate = _estimate(force, opening, speed, geometry, noise, gripper)
     except TooLittleCompression as little:
         estimate = little.estimate
-    width = Measurement("width", estimate.onset, math.hypot(estimate.onset_sd, _resolution(quantum)), "m")
+    onset_sd = math.hypot(estimate.onset_sd, _resolution(quantum))
+    width = (Measurement("width", estimate.onset, onset_sd, "m"),) if math.isfinite(onset_sd) else ()
     if estimate.bound is not None:
-        return estimate, (width,)
-    return estimate, (Measurement("elasticity", estimate.young_modulus, estimate.sd, "Pa"), width)
+        return estimate, width
+    return estimate, (Measurement("elasticity", estimate.young_modulus, estimate.sd, "Pa"), *width)
 
 
 def _estimate(
@@ -146,7 +156,7 @@ def air_current(tares: Sequence[GripperReadings], gripper: ParallelGripper) -> t
 
 
 def closing_readings(
-    series: Sequence[GripperReadings], quantum: float, locked: float = math.inf
+    series: Sequence[GripperReadings], quantum: float, locked: float = math.inf, stuck: bool = False
 ) -> tuple[Array, Array, Array]:
     """Return opening [m], current [A] and closing speed [m/s] of the readings with closing pads.
 
@@ -157,7 +167,7 @@ def closing_readings(
     """
     openings, efforts, speeds = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
     for readings in series:
-        at = moving(readings, locked)
+        at = moving(readings, locked, stuck)
         if at.any():
             smooth = between_steps(readings) if quantum > 0 else readings.opening
             openings.append(smooth[at])
@@ -169,20 +179,28 @@ def closing_readings(
     return opening, effort, speed
 
 
-def moving(readings: GripperReadings, locked: float = math.inf) -> NDArray[np.bool_]:
+def moving(readings: GripperReadings, locked: float = math.inf, stuck: bool = False) -> NDArray[np.bool_]:
     """Return which readings were taken while the pads closed, (N,).
 
     Those between the first and the last step of the opening, and those with more current than a locked gripper's,
     for an object so stiff that the opening hardly steps. The first few are left out: the motor still speeds up,
-    and its current is no force.
+    and its current is no force. Readings without a step count only if the pads are known to be ``stuck``, closing
+    on what does not give way.
     """
     at = np.zeros(len(readings), dtype=np.bool_)
     steps = np.flatnonzero(np.diff(readings.opening) < 0)
     if len(steps):
         at[int(steps[0]) + 1 : int(steps[-1]) + 2] = True
+    if len(steps) or stuck:
         at |= readings.effort > locked
-        at[np.flatnonzero(at)[:SETTLING]] = False
+    at[np.flatnonzero(at)[:SETTLING]] = False
     return at
+
+
+def _gave_by(series: Sequence[GripperReadings]) -> float:
+    """Return how far the opening changed in all of some readings [m]."""
+    openings = np.concatenate([np.zeros(0), *(readings.opening for readings in series)])
+    return float(np.ptp(openings)) if len(openings) else 0.0
 
 
 def _speed(time: Array, opening: Array) -> Array:

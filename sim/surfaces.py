@@ -3,7 +3,7 @@
 A surface is centred on the middle of the shape's bounding box. Its points lie on the true surface, the outermost
 ones at the ends of the axes, so that pads and table meet the object exactly where they should; the volume that the
 flat triangles cut off is made up for in the modulus, see `sim.bodies`. Pads are held by points, not by what is in
-between: flat faces have one at least every ``SPACING``.
+between: flat faces have one at least every ``SPACING``, none in the middle, so that at least two are under a pad.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from dynamics.mesh import Mesh
 Array = NDArray[np.float64]
 Size = tuple[float, float, float]
 
-SPACING = 0.0095  # m; less than half a pad's width
+SPACING = 0.019  # m; less than a pad's width
 
 
 def box(size: Size) -> Mesh:
@@ -55,8 +55,7 @@ def cylinder(size: Size, around: int = 24) -> Mesh:
     """
     circle = _circle(around)
     heights = np.linspace(-0.5, 0.5, _steps(size[2]) + 1)
-    rings = [_at(circle / 4, heights[0]), *(_at(circle / 2, z) for z in heights), _at(circle / 4, heights[-1])]
-    return _closed(rings).scaled(size)
+    return _closed([_at(circle / 2, z) for z in heights]).scaled(size)
 
 
 def ellipsoid(size: Size, around: int = 24) -> Mesh:
@@ -72,7 +71,8 @@ def ellipsoid(size: Size, around: int = 24) -> Mesh:
 
 
 def _steps(length: float) -> int:
-    return max(3, math.ceil(length / SPACING))
+    """Return into how many steps a length is divided, an odd number."""
+    return max(3, math.ceil(length / SPACING) // 2 * 2 + 1)
 
 
 def _circle(around: int) -> Array:
