@@ -30,6 +30,8 @@ CURRENT_RELATIVE_SD = 0.02  # and the part that grows with the current
 FEW_TICKS = 2.0  # steps of the opening in contact below which not even a wide interval is given
 DELAYS = (0.005, 0.01, 0.015, 0.02)  # s
 DELAY_EVIDENCE = 6.0  # log-likelihood that a delay must gain
+LATE_LOAD = 0.25  # share of the largest force above which the readings of the loading are taken to begin late,
+EARLY_SHARE = 0.05  # but for so many of them
 RIGID_STRAIN = 1e-3  # compression of all squeezes below which an object has not given way
 SETTLING = 2  # samples left out at the start of a motion, where the motor still speeds up
 
@@ -111,21 +113,29 @@ def _estimate(
     force: Array, opening: Array, speed: Array, geometry: Geometry, noise: CurveNoise, gripper: ParallelGripper
 ) -> StiffnessEstimate:
     """Return the estimate with the noise and the delay that fit the readings best."""
-    first = estimate_stiffness(stress_strain(force, opening, geometry), noise, min_ticks=FEW_TICKS)
+    degree = 3 if _begins_early(force) else 1
+    first = estimate_stiffness(
+        stress_strain(force, opening, geometry), noise, min_ticks=FEW_TICKS, max_degree=degree
+    )
     # The noise grows with the force: known only now, and from the fit, for a reading's own noise must not set its
     # weight.
     curve = stress_strain(force, opening, geometry)
     level = predict(first.fit.parameters, curve.strain, geometry)[0] * geometry.area
     noise = replace(noise, stress_sd=_force_sd(level, gripper) / geometry.area)
-    best = estimate_stiffness(curve, noise, min_ticks=FEW_TICKS)
+    best = estimate_stiffness(curve, noise, min_ticks=FEW_TICKS, max_degree=degree)
     evidence = best.fit.log_likelihood + DELAY_EVIDENCE
     for delay in DELAYS:
         # A viscous material answers to u + delay du/dt, and so does a sensor that is late.
         curve = stress_strain(force, opening - delay * speed, geometry)
-        found = estimate_stiffness(curve, noise, min_ticks=FEW_TICKS)
+        found = estimate_stiffness(curve, noise, min_ticks=FEW_TICKS, max_degree=degree)
         if found.fit.log_likelihood > evidence:
             best, evidence = found, found.fit.log_likelihood
     return best
+
+
+def _begins_early(force: Array) -> bool:
+    """Tell whether the loading is seen from near its begin, so that a curve's slope there is no extrapolation."""
+    return float(np.quantile(force, EARLY_SHARE)) < LATE_LOAD * float(np.max(force))
 
 
 def locked_current(dwells: Sequence[GripperReadings]) -> float:

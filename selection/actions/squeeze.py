@@ -68,19 +68,19 @@ class Squeeze:
             hand.robot.hold(_LOOK)
         weight = 9.81 * max(hand.rough_payload(empty, laden), 0.0)
         start = _safe_opening(hand, closing, weight)
+        tight = hand.robot.read().opening
         travel, cycle = 0.0, 0
         while cycle < LEAST_CYCLES or (travel < TRAVEL and cycle < MOST_CYCLES):
             # Cycles start a share of the opening's step apart, so that its coarse reading differs.
             shift = (cycle % LEAST_CYCLES) / LEAST_CYCLES * hand.robot.gripper.opening_quantum
-            opening = hand.robot.read().opening
-            if cycle or start - shift > opening:  # an object that has hardly given way would be let go of
+            if cycle or start - shift > tight:  # what has hardly given way may not give way at all: not yet
                 with hand.tape.phase(self.name, "release"):
-                    hand.robot.grip(max(start - shift, opening), hand.robot.gripper.min_speed, math.inf)
+                    hand.robot.grip(max(start - shift, tight), hand.robot.gripper.min_speed, math.inf)
             gave = _compress(hand)
             travel += gave
             cycle += 1
             if gave <= max(hand.robot.gripper.opening_quantum, RIGID_STRAIN * hand.width):
-                break  # too stiff to tell: more of it would tell no more, and letting go a little be letting go
+                break  # too stiff to tell: more of it would tell no more, and to let go a little is to let go
         with hand.tape.phase(self.name, "look") as after:
             hand.robot.hold(_LOOK)
         left = 9.81 * hand.rough_payload(empty, after)
