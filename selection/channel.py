@@ -18,6 +18,7 @@ _REMEMBERED = 1024  # hypotheses up to which channels are remembered: 64 of them
 _HALF_LN_2PIE = 0.5 * math.log(2 * math.pi * math.e)
 _LEAST_NODES, _MOST_NODES = 33, 257
 _LEAST_REACH = 5.0
+_HELD = 1e5  # widths of a reading that a property's own range is narrower by when it is as good as fixed
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,20 +134,23 @@ def _product_channel(
     slope = (block[:, 0, 1] / v_b)[:, None]
     inner = np.maximum(block[:, 0, 0][:, None] - slope**2 * v_b[:, None], 0.0)
     log = network.properties[index[1]].scale == LOG
-    steps, shares = _nodes(_LEAST_NODES)
-    for _ in range(2):
+
+    def given(steps: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return means and variances of the product, and the widths of its reading for a change of b by its sd."""
         b = mean[:, 1:] + np.sqrt(v_b)[:, None] * steps
         g, tangent = (np.exp(b), np.exp(b)) if log else (b, np.ones_like(b))
         a = mean[:, :1] + slope * (b - mean[:, 1:])
         centre, variance = g * a, g**2 * inner
-        # Nodes may lie no further apart than their readings are wide.
         wide = np.sqrt(variance + sensor.sd**2 + (sensor.relative_sd * centre) ** 2)
         change = np.abs(tangent * a + g * slope) * np.sqrt(v_b)[:, None]
-        near = np.abs(steps) < _LEAST_REACH
-        step = 0.8 * float(np.min((wide / np.maximum(change, 1e-300))[:, near]))
-        steps, shares = _nodes(int(np.clip(2 * REACH / step, _LEAST_NODES, _MOST_NODES)) | 1)
-    flat = Predictive(centre.ravel(), np.maximum(variance.ravel(), 1e-18 * wide.ravel() ** 2), "linear")
-    every = _value_channel(flat, component, sensor, per_sd)
+        return centre, np.maximum(variance, 1e-18 * wide**2), wide / np.maximum(change, 1e-300)
+
+    # Nodes may lie no further apart than their readings are wide.
+    ratio = float(np.min(given(np.linspace(-_LEAST_REACH, _LEAST_REACH, _LEAST_NODES))[2]))
+    count = int(np.clip(2 * REACH / (0.8 * ratio), _LEAST_NODES, _MOST_NODES)) | 1
+    steps, shares = _nodes(1 if ratio > _HELD else count)
+    centre, variance, _ = given(steps)
+    every = _value_channel(Predictive(centre.ravel(), variance.ravel(), "linear"), component, sensor, per_sd)
     columns = every.columns.reshape(len(every.values), -1, len(shares)) @ shares
     remaining = every.noise_entropy.reshape(-1, len(shares)) @ shares
     return Channel(
@@ -156,7 +160,7 @@ def _product_channel(
 
 def _nodes(count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return nodes of the standard normal distribution and their weights."""
-    steps = np.linspace(-REACH, REACH, count)
+    steps = np.linspace(-REACH, REACH, count) if count > 1 else np.zeros(1)
     weights = np.exp(-0.5 * steps**2)
     return steps, weights / weights.sum()
 
@@ -186,7 +190,7 @@ def _value_channel(found: Predictive, component: np.ndarray, sensor: Sensor, per
     else:
 
         def scale(y: np.ndarray, width: np.ndarray) -> np.ndarray:
-            return np.hypot(width, np.hypot(constant, sensor.relative_sd * y))
+            return np.asarray(np.hypot(width, np.hypot(constant, sensor.relative_sd * y)))
 
         turn = constant / sensor.relative_sd if sensor.relative_sd else 0.0
         z, weights = graded_nodes(low, high, sd, scale, turn, 0.7 * panel)

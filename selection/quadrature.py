@@ -92,8 +92,8 @@ def graded_nodes(
     """
     samples = np.linspace(low.min(), high.max(), _SAMPLES)
     if knee > 0:
-        ends = np.arcsinh(samples[[0, -1]] / knee)
-        samples = np.concatenate([samples, knee * np.sinh(np.linspace(*ends, _SAMPLES))[1:-1]])
+        first, last = np.arcsinh(samples[[0, -1]] / knee)
+        samples = np.concatenate([samples, knee * np.sinh(np.linspace(first, last, _SAMPLES))[1:-1]])
     edges = np.sort(np.concatenate([low, high, samples]))
     order = np.argsort(-width)
     starts, stops = np.searchsorted(edges, low[order]), np.searchsorted(edges, high[order])

@@ -146,4 +146,4 @@ def _series(
             following -= before
         before, derivative = derivative, following
         total += moment.sum(axis=1)[:, None] * derivative
-    return total
+    return np.asarray(total)
