@@ -75,7 +75,7 @@ def scene_mjcf(
     return ET.tostring(root, encoding="unicode")
 
 
-def soft_box(truth: TrueObject, fidelity: Fidelity) -> ET.Element:
+def soft_box(truth: TrueObject, fidelity: Fidelity, timestep: float = TIMESTEP) -> ET.Element:
     """Return a soft block standing on the table, as a trilinear flex."""
     spacing = [(edge - 2 * _SKIN) / (_POINTS - 1) for edge in truth.size]
     x, y = truth.declared.position
@@ -103,7 +103,7 @@ def soft_box(truth: TrueObject, fidelity: Fidelity) -> ET.Element:
         poisson=repr(truth.poisson),
         damping=repr(truth.damping),
     )
-    time_constant, impedance = contact_law(truth)
+    time_constant, impedance = contact_law(truth, timestep)
     ET.SubElement(
         block,
         "contact",
@@ -119,7 +119,7 @@ def soft_box(truth: TrueObject, fidelity: Fidelity) -> ET.Element:
     return block
 
 
-def contact_law(truth: TrueObject) -> tuple[float, float]:
+def contact_law(truth: TrueObject, timestep: float = TIMESTEP) -> tuple[float, float]:
     """Return the contact's time constant [s] and impedance [-] that make it stiff against the object.
 
     MuJoCo's contact stiffness is m d / ((1 - d) (d T)^2); it is set to a multiple of the block's own, E A / h,
@@ -130,18 +130,18 @@ def contact_law(truth: TrueObject) -> tuple[float, float]:
     time_constant, impedance = 0.0, 0.9
     for impedance in (0.9, 0.99, 0.999, 0.9999):
         time_constant = math.sqrt(truth.mass * impedance / (1 - impedance) / stiffness) / impedance
-        if time_constant >= 2 * TIMESTEP:
+        if time_constant >= 2 * timestep:
             break
-    return max(time_constant, 2 * TIMESTEP), impedance
+    return max(time_constant, 2 * timestep), impedance
 
 
-def contact_saturation(truth: TrueObject) -> float:
+def contact_saturation(truth: TrueObject, timestep: float = TIMESTEP) -> float:
     """Return by how much the stiffest contact falls short of the wanted one, >= 1 where it does.
 
     For a light and stiff object even the largest impedance is too soft at this time step; scaling the
     object's inverse weight in the contact solver by the inverse of this number restores the ratio.
     """
-    time_constant, impedance = contact_law(truth)
+    time_constant, impedance = contact_law(truth, timestep)
     length, width, height = truth.size
     wanted = _CONTACT_RATIO * truth.young_modulus * max(width * height / length, length * height / width)
     reached = truth.mass * impedance / (1 - impedance) / (impedance * time_constant) ** 2
