@@ -21,15 +21,17 @@ from dynamics.errors import InvalidInput, PalpateError
 from dynamics.gripper import ParallelGripper
 from dynamics.signals import Phase
 from sim.bench_scene import MAX_STRAIN, SIDES, Layout, bench_mjcf, damping_of, layout_of
-from sim.scene import Fidelity, contact_law, contact_saturation
+from sim.bodies import Fidelity, prepare
+from sim.contact import contact_law, own_stiffness
 from sim.sensors import SensorModel, Sensors
-from sim.truth import TrueObject
+from sim.truth import RIGID_ABOVE, TrueObject
 
 Array = NDArray[np.float64]
 Setting = Literal["accurate", "fast"]
 
 TIMESTEPS: dict[Setting, float] = {"accurate": 0.002, "fast": 0.004}  # s
 GAP = 0.003  # m from a plate to the object at the start, at least
+RIGID_FORCE = 100.0  # N of a drive that does not give, against a rigid object
 AIR_TIME = 0.2  # s of closing in the air, at least
 AIR_SHARE = 0.8  # of the gap that is surely air; the rest belongs to the compression
 SPEED_UP = 0.02  # s in which the plates reach their speed
@@ -103,7 +105,7 @@ class Bench:
         truth: the object; where it stands does not matter.
         plates: which ones.
         setting: time step.
-        fidelity: how the object deforms, see `sim.scene.scene_mjcf`.
+        fidelity: how the object deforms, see `sim.bodies`.
         noise: what the sensors add; nothing if None.
         seed: of the sensors' errors.
         edge: axis of the object to close along; the shorter of x and y if None.
@@ -150,13 +152,17 @@ class Bench:
         """Give the object another Young's modulus [Pa], its contact law with it, without building it anew.
 
         Raises:
-            InvalidInput: unless it is a finite number > 0.
+            InvalidInput: unless it is a number > 0 of a soft body, as the object was.
         """
-        if not (math.isfinite(young) and young > 0):
-            raise InvalidInput("bench: Young's modulus [Pa]", young, "a finite number > 0")
+        if not 0 < young <= RIGID_ABOVE or self.truth.is_rigid:
+            raise InvalidInput("bench: Young's modulus [Pa]", young, f"of a soft body, 0 to {RIGID_ABOVE:g}")
         self._model.flex_stiffness[:] *= young / self.truth.young_modulus
         self.truth = dataclasses.replace(self.truth, young_modulus=young)
-        self._set_contact()
+        time_constant, impedance = contact_law(self.truth, self.timestep)
+        self._model.flex_solref[:] = [time_constant, 1.0]
+        self._model.flex_solimp[:, :2] = impedance
+        self._model.body_invweight0[:] = self._weights
+        prepare(self._model, self.truth, self.timestep)
 
     def press(self, stroke: Stroke) -> Pressed:
         """Do a stroke on the object at rest and return what truly happened.
@@ -216,30 +222,19 @@ class Bench:
         self._model = mujoco.MjModel.from_xml_string(text)
         self._data = mujoco.MjData(self._model)
         self._weights = self._model.body_invweight0.copy()
-        self._set_contact()
+        prepare(self._model, self.truth, self.timestep)
         mujoco.mj_forward(self._model, self._data)
         self._start = np.zeros(mujoco.mj_stateSize(self._model, _STATE))
         mujoco.mj_getState(self._model, self._data, self._start, _STATE)
 
-    def _set_contact(self) -> None:
-        """Scale the contact to the object's stiffness; what the contact law cannot reach is made up for."""
-        model = self._model
-        time_constant, impedance = contact_law(self.truth, self.timestep)
-        model.flex_solref[:] = [time_constant, 1.0]
-        model.flex_solimp[:, :2] = impedance
-        nodes = np.unique(model.flex_nodebodyid if model.nflexnode else model.flex_vertbodyid)
-        model.body_invweight0[:] = self._weights
-        model.body_invweight0[nodes] /= max(contact_saturation(self.truth, self.timestep), 1.0)
-
     def _set_drives(self, stroke: Stroke) -> None:
         stiffness = stroke.stiffness
         if stiffness is None:
-            own = self.truth.young_modulus * self.truth.volume / self.width**2
-            stiffness = max(STIFF_DRIVE * own, 1e5)
+            stiffness = max(STIFF_DRIVE * own_stiffness(self.truth), 1e5)
         model = self._model
         model.actuator_gainprm[:, 0] = stiffness
         model.actuator_biasprm[:, 1:3] = -stiffness, -damping_of(stiffness)
-        limit = min(stroke.max_force, 1e9)
+        limit = min(stroke.max_force, RIGID_FORCE if self.truth.is_rigid and stroke.stiffness is None else 1e9)
         model.actuator_forcerange[:] = [-limit, limit]
 
     def _commands(self, stroke: Stroke) -> tuple[Array, tuple[tuple[str, int, int], ...]]:

@@ -1,4 +1,4 @@
-"""The bench as MJCF: two driven plates, pads or larger than the object, and a soft object between them.
+"""The bench as MJCF: two driven plates, pads or larger than the object, and an object between them.
 
 There is no gravity and no table, so that nothing but the plates loads the object.
 """
@@ -9,9 +9,11 @@ import math
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 
+import numpy as np
+
 from dynamics.bench import Plates
 from dynamics.gripper import robotiq_2f85
-from sim.scene import Fidelity, soft_box
+from sim.bodies import Fidelity, add_object
 from sim.truth import TrueObject
 
 SIDES = ("left", "right")
@@ -56,7 +58,7 @@ def layout_of(truth: TrueObject, plates: Plates, edge: int, gap: float) -> Layou
 
 
 def bench_mjcf(truth: TrueObject, layout: Layout, fidelity: Fidelity, timestep: float) -> str:
-    """Return the MJCF of the bench.
+    """Return the MJCF of the bench; a compiled model needs `sim.bodies.prepare`.
 
     Its sensors are, in order: the ways of the left and the right plate from the start [m], and the contact forces
     on them, each ``found, fx, fy, fz`` in the world's axes [N]. Its actuators are position drives, whose gains are
@@ -80,10 +82,7 @@ def bench_mjcf(truth: TrueObject, layout: Layout, fidelity: Fidelity, timestep: 
     world = ET.SubElement(root, "worldbody")
     ET.SubElement(world, "light", pos="0.3 -1 2", dir="0.1 0.5 -1", diffuse="0.5 0.5 0.5")
     ET.SubElement(world, "camera", name="overview", pos="0.22 -0.12 0.12", xyaxes="0.5 0.87 0 -0.35 0.2 0.91")
-    body = soft_box(truth, fidelity, timestep)
-    body.set("pos", "0 0 0")
-    body.set("quat", "1 0 0 0")
-    world.append(body)
+    add_object(root, truth, fidelity, np.eye(4), timestep)
     drives = ET.SubElement(root, "actuator")
     ways, forces = [], []
     for side, sign in zip(SIDES, (1.0, -1.0), strict=True):

@@ -21,15 +21,9 @@ from dynamics.robot import GripResult, SampleSink
 from dynamics.signals import Sample
 from dynamics.trajectory import Trajectory
 from models.robot import Revision
-from sim.scene import (
-    ARM_GAINS,
-    GRIPPER_DAMPING,
-    GRIPPER_STIFFNESS,
-    TIMESTEP,
-    Fidelity,
-    contact_saturation,
-    scene_mjcf,
-)
+from sim.bodies import Fidelity, prepare
+from sim.contact import TIMESTEP
+from sim.scene import ARM_GAINS, GRIPPER_DAMPING, GRIPPER_STIFFNESS, scene_mjcf
 from sim.sensors import SensorModel, Sensors
 from sim.truth import TrueObject
 
@@ -56,7 +50,7 @@ class MujocoRobot:
         truth: the object on the table.
         noise: what the sensors add.
         seed: of everything random.
-        fidelity: how the object deforms, see `sim.scene.scene_mjcf`.
+        fidelity: how the object deforms, see `sim.bodies`.
         revision, vision: which arm.
     """
 
@@ -74,7 +68,7 @@ class MujocoRobot:
         self._arm.torque_gain_sd = noise.torque_gain
         self._gripper = _described(noise, fidelity)
         self._model = mujoco.MjModel.from_xml_string(scene_mjcf(truth, self._gripper, revision, vision, fidelity))
-        _scale_contact_weight(self._model, contact_saturation(truth))
+        prepare(self._model, truth)
         self._data = mujoco.MjData(self._model)
         self._control = self._data.ctrl
         self._sensors = Sensors(noise, np.random.default_rng(seed), self._arm.nv, SAMPLE_STEPS * TIMESTEP)
@@ -306,10 +300,3 @@ def _finger_inertia(model: mujoco.MjModel, data: mujoco.MjData) -> float:
     names = [f"{side}_{part}_joint" for side in ("left", "right") for part in ("crank", "pad")]
     fingers = np.array([model.joint(name).dofadr[0] for name in names])
     return float(mass[np.ix_(fingers, fingers)].sum())
-
-
-def _scale_contact_weight(model: mujoco.MjModel, shortfall: float) -> None:
-    """Make up for what the contact law cannot reach, on the bodies of the soft object."""
-    if shortfall > 1:
-        nodes = np.unique(model.flex_nodebodyid if model.nflexnode else model.flex_vertbodyid)
-        model.body_invweight0[nodes] /= shortfall
