@@ -16,6 +16,7 @@ from sim.truth import read_truth
 from tests.conformance import CHECKS, MOVE, motion
 from tests.hw.conftest import driving, serving
 
+
 @pytest.fixture
 def simulated():
     robot = MujocoRobot(read_truth(objects.locate("soft-cube")), SensorModel.none())
