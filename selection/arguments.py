@@ -20,7 +20,7 @@ def parser() -> argparse.ArgumentParser:
     made = OneLineParser(
         prog="python -m selection.run",
         description="Explore an object until it is known well enough.",
-        epilog="Exit status: 0 done, or with --dry-run: the next action can be done; 1 it failed, or the arm is not "
+        epilog="Exit status: 0 done, or with --dry-run: the next action can be done; 1 failed, or the arm is not "
         "safe to move; 2 wrong input or no robot; 130 interrupted.",
     )
     made.add_argument("--object", default=DEFAULT_OBJECT, metavar="NAME|FILE.toml", help="object on the table")
