@@ -12,12 +12,19 @@ import sys
 import textwrap
 import time
 
+import numpy as np
 import pytest
 
 from estimation.recording import read_recording
 from hw import kortex_robot
+from hw.emulator.kinematic import KinematicRobot
 from hw.feedback import FeedbackReader
+from models import objects
 from selection import run
+from sim.robot import MujocoRobot
+from sim.sensors import SensorModel
+from sim.truth import read_truth
+from tests.hw.conftest import serving
 
 SPEED = 3.0
 SQUEEZE = ["--price", "0.05"]  # of the two actions, only squeezing is worth its time then
@@ -91,6 +98,48 @@ def test_an_exploration_through_the_emulator(tmp_path, login, monkeypatch):
     agree(simulated, real)
     times = read_recording(tmp_path / "kortex").samples.time
     assert (times[-1] - times[0]) / (len(times) - 1) < 0.011  # 100 Hz by the arm's clock
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+def test_a_signal_ends_an_exploration_in_order(number, status, tmp_path, login):
+    """The arm rests, the recording can be read, and the exit status says what happened."""
+    start = MujocoRobot(read_truth(objects.locate("soft-cube")), SensorModel.none()).read().q
+    with serving(KinematicRobot(q=start)) as emulator:
+        ports = ["--port", str(emulator.tcp_port), "--udp-port", str(emulator.udp_port)]
+        command = [
+            sys.executable,
+            "-m",
+            "selection.run",
+            "--robot",
+            "kortex",
+            "--host",
+            "127.0.0.1",
+            *ports,
+            "--yes",
+        ]
+        command += ["--quiet", "--out", str(tmp_path / "run")]
+        with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+            deadline = time.monotonic() + 30
+            while not emulator.backend.state().arm_moving:
+                assert process.poll() is None
+                assert time.monotonic() < deadline
+                time.sleep(0.01)
+            time.sleep(0.3)
+            process.send_signal(number)
+            began = time.monotonic()
+            error = process.communicate(timeout=10)[1]
+            assert time.monotonic() - began < 2.0
+            assert process.returncode == status
+        assert "Traceback" not in error
+        time.sleep(0.2)
+        where = emulator.backend.state().sample.q
+        time.sleep(0.1)
+        assert not emulator.backend.state().arm_moving
+        assert np.array_equal(emulator.backend.state().sample.q, where)
+    recording = read_recording(tmp_path / "run")
+    assert len(recording.samples.time) > 20
+    assert recording.decisions[0].data["choice"] == "weigh"
+    assert not (tmp_path / "run" / "result.json").exists()
 
 
 @pytest.mark.slow
