@@ -75,7 +75,7 @@ def _executor(workers: int, scheduler: str) -> Iterator[Executor]:
 
 @contextmanager
 def _deaf_to_interrupts() -> Iterator[None]:
-    """Hold Ctrl-C back, also from processes begun meanwhile: a terminal sends it to all, and this one handles it."""
+    """Hold Ctrl-C back, also from processes begun meanwhile: a terminal sends it to all, this one handles it."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

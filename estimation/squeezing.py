@@ -57,7 +57,8 @@ def measure_squeeze(
         rule: how force spreads in the object, see :func:`dynamics.compression.geometry_of`.
 
     Returns:
-        The estimate, and measurements of ``elasticity`` [Pa] (unless it is a bound) and of ``width`` [m].
+        The estimate, and measurements of ``elasticity`` [Pa] (unless it is a bound) and of ``width`` [m] (unless
+        the readings leave open where the object was touched).
 
     Raises:
         NoContact: if the force never rose.
@@ -88,10 +89,13 @@ def measure_squeeze(
         estimate = _estimate(force, opening, speed, geometry, noise, gripper)
     except TooLittleCompression as little:
         estimate = little.estimate
-    width = Measurement("width", estimate.onset, math.hypot(estimate.onset_sd, _resolution(quantum)), "m")
+    widths: tuple[Measurement, ...] = ()
+    if math.isfinite(estimate.onset_sd):  # an object that hardly gives may have been touched anywhere
+        sd = math.hypot(estimate.onset_sd, _resolution(quantum))
+        widths = (Measurement("width", estimate.onset, sd, "m"),)
     if estimate.bound is not None:
-        return estimate, (width,)
-    return estimate, (Measurement("elasticity", estimate.young_modulus, estimate.sd, "Pa"), width)
+        return estimate, widths
+    return estimate, (Measurement("elasticity", estimate.young_modulus, estimate.sd, "Pa"), *widths)
 
 
 def _estimate(

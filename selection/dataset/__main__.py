@@ -6,17 +6,10 @@ import argparse
 import os
 import shlex
 import sys
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, TextIO
 
 from selection.arguments import DEFAULT_REFERENCE, WRONG_INPUT, OneLineParser
-
-if TYPE_CHECKING:
-    from selection.dataset.folder import Dataset
-    from selection.dataset.one import Outcome
 
 FAILED, STOPPED_BY_HAND = 1, 130
 MOST_OBJECTS = 1_000_000
@@ -70,6 +63,7 @@ def _parser() -> argparse.ArgumentParser:
 def _generate(given: argparse.Namespace) -> int:
     from selection.dataset.folder import Dataset
     from selection.dataset.one import Setup, check_setup
+    from selection.dataset.progress import show_progress
     from selection.dataset.table import TABLE, check_parquet, row_of, write_table
 
     check_parquet()
@@ -79,7 +73,9 @@ def _generate(given: argparse.Namespace) -> int:
     setup = Setup(given.seed, reference, noise, poisson=given.poisson)
     check_setup(setup)
     with Dataset.open(given.out.resolve(), setup) as dataset:
-        explore(dataset, given.objects, given.workers, given.scheduler, given.quiet)
+        missing = len(dataset.missing(given.objects))
+        outcomes = dataset.explore(given.objects, given.workers, given.scheduler)
+        show_progress(outcomes, given.objects, missing, given.quiet)
         rows = [row_of(dataset.job(index).folder) for index in range(given.objects)]
         write_table(given.out / TABLE, rows)
     if not given.quiet:
@@ -91,80 +87,6 @@ def _generate(given: argparse.Namespace) -> int:
             f"{failed} of {steps} actions failed, {lost} explorations without a result."
         )
     return 0
-
-
-def explore(dataset: Dataset, count: int, workers: int, scheduler: str, quiet: bool) -> None:
-    """Explore what is missing, and show how far it is."""
-    missing = len(dataset.missing(count))
-    with _progress(count, missing, quiet) as progress:
-        for outcome in dataset.explore(count, workers, scheduler):
-            progress.done(outcome)
-
-
-class _Progress(Protocol):
-    def done(self, outcome: Outcome) -> None: ...
-
-
-@contextmanager
-def _progress(count: int, missing: int, quiet: bool) -> Iterator[_Progress]:
-    if quiet or not missing:
-        yield _Nothing()
-    elif sys.stderr.isatty():
-        with _bar(count, missing) as bar:
-            yield bar
-    else:
-        yield _Lines(count, missing, sys.stderr)
-
-
-class _Nothing:
-    def done(self, outcome: Outcome) -> None:
-        """Show nothing."""
-
-
-class _Lines:
-    """A line an object, where there is no terminal."""
-
-    def __init__(self, count: int, missing: int, out: TextIO) -> None:
-        self._count, self._missing, self._out = count, missing, out
-        self._done, self._began = 0, time.monotonic()
-
-    def done(self, outcome: Outcome) -> None:
-        self._done += 1
-        left = self._missing - self._done
-        minutes = (time.monotonic() - self._began) / self._done * left / 60
-        trouble = outcome.error or "; ".join(outcome.failed)
-        so_far = f"{self._count - left} of {self._count} objects, about {minutes:.0f} min left"
-        print(so_far + (f"; object {outcome.index}: {trouble}" if trouble else ""), file=self._out, flush=True)
-
-
-@contextmanager
-def _bar(count: int, missing: int) -> Iterator[_Progress]:
-    """Show a bar with the time that is left, on a terminal."""
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    columns = (TextColumn("objects"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    left = TimeRemainingColumn()
-    with Progress(
-        *columns, TextColumn("left"), left, console=Console(stderr=True), speed_estimate_period=600
-    ) as progress:
-        task = progress.add_task("explored", total=count, completed=count - missing)
-
-        class Bar:
-            def done(self, outcome: Outcome) -> None:
-                trouble = outcome.error or "; ".join(outcome.failed)
-                if trouble:
-                    progress.console.print(f"object {outcome.index}: {trouble}", markup=False)
-                progress.advance(task)
-
-        yield Bar()
 
 
 def _whole(least: int, most: int) -> Callable[[str], int]:
