@@ -80,9 +80,7 @@ def measure_squeeze(
     quantum = gripper.opening_quantum if quantum_of(opening_grid(phases)) > 0 else 0.0
     closing = [phase.gripper() for phase in phases if phase.name in ("close", "compress")]
     rigid = _gave_by(closing) <= max(quantum, RIGID_STRAIN * size[0])
-    if (
-        rigid
-    ):  # then only how the grasp met it shows where it is, and what it gives is not told from the pads' give
+    if rigid:  # then only how the grasp met it shows where it is, and its give is not told from that of the pads
         closing = [phase.gripper() for phase in phases if phase.name == "grasp"] + closing
         if quantum == 0:
             quantum = RIGID_STRAIN * size[0]

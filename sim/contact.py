@@ -1,7 +1,7 @@
 """The law of contact with a simulated object, scaled so that it is stiff against the object whatever it weighs.
 
-MuJoCo normalises contact stiffness by mass, k = m d / ((1 - d) (d T z)^2) with the impedance d, the time constant
-T and the damping ratio z: left at its defaults, a light and stiff object gives way there more than in itself.
+MuJoCo normalises contact stiffness by mass: k = m d / ((1 - d) (d T)^2) with the impedance d and the time constant
+T. Left at its defaults, a light and stiff object gives way in the contact more than in itself.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from sim.truth import RIGID_ABOVE, TrueObject
 
 TIMESTEP = 0.002  # s
 STIFFER = 300.0  # contact stiffness over the object's own
-DAMPING_RATIO = 1.0
 IMPEDANCES = (0.9, 0.99, 0.999, 0.9999)  # the last is the largest that MuJoCo allows
 
 
@@ -34,8 +33,7 @@ def contact_law(truth: TrueObject, timestep: float = TIMESTEP) -> tuple[float, f
     stiffness = STIFFER * own_stiffness(truth)
     time_constant, impedance = 0.0, IMPEDANCES[0]
     for impedance in IMPEDANCES:
-        time_constant = math.sqrt(truth.mass * impedance / (1 - impedance) / stiffness)
-        time_constant /= impedance * DAMPING_RATIO
+        time_constant = math.sqrt(truth.mass * impedance / (1 - impedance) / stiffness) / impedance
         if time_constant >= 2 * timestep:
             break
     return max(time_constant, 2 * timestep), impedance
@@ -48,5 +46,5 @@ def contact_saturation(truth: TrueObject, timestep: float = TIMESTEP) -> float:
     inverse weight in the contact solver by the inverse of this number restores the ratio.
     """
     time_constant, impedance = contact_law(truth, timestep)
-    reached = truth.mass * impedance / (1 - impedance) / (impedance * time_constant * DAMPING_RATIO) ** 2
+    reached = truth.mass * impedance / (1 - impedance) / (impedance * time_constant) ** 2
     return STIFFER * own_stiffness(truth) / reached

@@ -4,11 +4,12 @@ import mujoco
 import numpy as np
 import pytest
 
+from dynamics.bench import Stroke
 from dynamics.gripper import robotiq_2f85
 from dynamics.shapes import SHAPES
+from sim.bench import Bench
 from sim.bodies import FIDELITIES, object_bodies, object_pose, prepare, surface
 from sim.contact import TIMESTEP
-from sim.press import press_curve
 from sim.scene import scene_mjcf
 from tests.sim.objects import CORNERS, SIZES, thing
 
@@ -63,25 +64,23 @@ def test_surface_is_the_shape(shape, fidelity):
 def test_evenly_strained_body_has_its_youngs_modulus(shape, young, mass):
     """F = E (V / L) e, less 0.7 % for two contacts, 0.4 % for the skin, 1 % for contact of the stiff and light."""
     truth = thing(shape, young, mass, poisson=0.3)
-    strain, force = press_curve(truth, 1, "uniform")
-    kept = strain > 0.02
-    slope = np.polyfit(strain[kept], force[kept], 1)[0]
-    assert slope * truth.size[1] / truth.volume == pytest.approx(young, rel=0.03)
+    slope = Bench(truth, edge=1).press(Stroke(0.02, 0.9 * truth.size[1])).stiffness(0.02, 0.09)
+    assert slope * truth.size[1] ** 2 / truth.volume == pytest.approx(young, rel=0.03)
 
 
 @pytest.mark.parametrize("size", [(0.08, 0.04, 0.05), (0.03, 0.03, 0.12), (0.3, 0.05, 0.04), (0.02, 0.02, 0.02)])
 def test_long_and_small_boxes_are_held_whole_by_the_pads(size):
-    strain, force = press_curve(thing("box", size=size), 1, "uniform")
-    kept = strain > 0.02
-    slope = np.polyfit(strain[kept], force[kept], 1)[0]
-    assert slope / (5e4 * size[0] * size[2]) == pytest.approx(1.0, rel=0.03)
+    slope = Bench(thing("box", size=size), edge=1).press(Stroke(0.02, 0.9 * size[1])).stiffness(0.02, 0.09)
+    assert slope * size[1] / (5e4 * size[0] * size[2]) == pytest.approx(1.0, rel=0.03)
 
 
 def test_plastic_body_does_not_spring_back():
     """Pressed to 10 % it keeps what exceeds the yield strain; an elastic one pushes until it is let go."""
     for yield_strain, kept in ((0.0, 0.0), (0.03, 0.05)):
-        strain, force = press_curve(thing("box", yield_strain=yield_strain), 1, "uniform", released=True)
-        back = np.arange(len(strain)) > np.argmax(strain)
+        bench = Bench(thing("box", yield_strain=yield_strain), edge=1)
+        pressed = bench.press(Stroke(0.02, 0.9 * bench.width))
+        strain, force = 1 - pressed.opening / bench.width, pressed.force
+        back = np.arange(len(strain)) >= pressed.rows("release").start
         left = strain[back & (force > 0.02 * force.max())].min()
         assert left == pytest.approx(kept, abs=0.025)
         # Yield at e_y (von Mises, of the deviator 2/3 e of a body that does not bulge): the force stays below.
