@@ -125,7 +125,8 @@ def _estimate(
     gripper: ParallelGripper,
 ) -> StiffnessEstimate:
     """Return the estimate with the noise and the delay that fit the readings best."""
-    degree = 3 if _begins_early(force) else 1
+    # A law of contact that is not quite that of the object would be taken for a curvature of its material.
+    degree = 3 if geometry.law == "linear" and _begins_early(force) else 1
     first = estimate_stiffness(
         stress_strain(force, opening, geometry), noise, min_ticks=FEW_TICKS, max_degree=degree
     )
