@@ -38,6 +38,12 @@ def parser() -> argparse.ArgumentParser:
         "--noise", default="default", metavar="default|none|FILE", help="errors of the simulated sensors"
     )
     made.add_argument(
+        "--fidelity",
+        choices=("uniform", "indentation"),
+        default="uniform",
+        help="a simulated object is strained evenly, or sinks in under the pads",
+    )
+    made.add_argument(
         "--confidence",
         type=_probability,
         default=0.99,
@@ -97,6 +103,7 @@ def robot_request(given: argparse.Namespace, object_file: Path) -> RobotRequest:
         udp_port=given.udp_port,
         tare=given.offsets,
         load_spread=given.load_spread,
+        fidelity=given.fidelity,
         yes=given.yes,
         dry_run=given.dry_run,
     )

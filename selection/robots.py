@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from dynamics.arm import Arm
 from dynamics.errors import InvalidInput, NoRobot, PalpateError, UnknownName
@@ -32,6 +33,7 @@ class RobotRequest:
         revision, vision: which Gen3 it is.
         host, tcp_port, udp_port: where a real arm listens.
         tare: file of a tare of a real arm's torque sensors.
+        fidelity: how a simulated object deforms, ``uniform`` or ``indentation``.
         load_spread: what the pads' load does in an object between a real gripper's pads, ``pad`` or ``face``.
         yes: do not ask before a real arm's first motion.
         dry_run: only plan; a real arm is connected and checked, and never moves.
@@ -47,6 +49,7 @@ class RobotRequest:
     udp_port: int = 10001
     tare: Path | None = None
     load_spread: LoadSpread = "pad"
+    fidelity: Literal["uniform", "indentation"] = "uniform"
     yes: bool = False
     dry_run: bool = False
 
@@ -111,11 +114,14 @@ def simulated_at_rest(revision: Revision = "V12", vision: bool = True) -> tuple[
 
 
 def _simulated(request: RobotRequest) -> OpenedRobot:
+    from selection.actions.reach import find_grasp, free_space
     from sim.robot import MujocoRobot
     from sim.sensors import SensorModel
     from sim.truth import read_truth
 
     truth = read_truth(request.object_file)
+    arm, gripper, still = simulated_at_rest(request.revision, request.vision)
+    find_grasp(gripper, free_space(arm, truth.declared, still.q), truth.declared, still.q)  # or it is refused
     if request.noise == "default":
         noise = SensorModel()
     elif request.noise == "none":
@@ -135,7 +141,7 @@ def _simulated(request: RobotRequest) -> OpenedRobot:
         },
         units={"mass": "kg", "density": "kg/m^3", "elasticity": "Pa", "friction": "1", "volume": "m^3"},
     )
-    robot = MujocoRobot(truth, noise, request.seed, revision=request.revision, vision=request.vision)
+    robot = MujocoRobot(truth, noise, request.seed, request.fidelity, request.revision, request.vision)
     return OpenedRobot(robot, told)
 
 
