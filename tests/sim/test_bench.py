@@ -8,6 +8,7 @@ import pytest
 
 from dynamics.bench import SqueezeBench, Stroke
 from dynamics.errors import InvalidInput
+from dynamics.indentation import indentation_factor
 from estimation.squeezing import measure_squeeze
 from sim.bench import Bench
 from sim.bench_scene import MAX_STRAIN, bench_mjcf, layout_of
@@ -85,13 +86,12 @@ def test_a_stroke_is_what_a_loop_of_steps_does():
         data.ctrl[:] = way
         mujoco.mj_step(model, data)
         # Of the contacts themselves, in their own frames, not of a sensor.
-        on_left = 0.0
+        on_both = 0.0
         for i in range(data.ncon):
-            if model.geom("left").id in data.contact[i].geom:
-                wrench = np.zeros(6)
-                mujoco.mj_contactForce(model, data, i, wrench)
-                on_left += wrench[0]
-        forces.append(on_left)
+            wrench = np.zeros(6)
+            mujoco.mj_contactForce(model, data, i, wrench)
+            on_both += wrench[0]
+        forces.append(on_both / 2)
     np.testing.assert_allclose(pressed.force, forces, atol=1e-3 * max(forces))
 
 
@@ -217,6 +217,11 @@ def test_indentation_is_softer_than_an_even_block():
         bench = Bench(truth, "pads", "fast", fidelity)
         kappa = bench.press(ten_percent(bench)).stiffness() * EDGE / (5e4 * bench.gripper.pad_area)
         found[fidelity] = kappa
-    # 3.78 and 3.51 were measured on a prototype with this pad, element and mass.
+    raw = Bench(truth, "pads", "fast", "indentation", factor=1.0)
+    few_cells = raw.press(ten_percent(raw)).stiffness() * EDGE / (5e4 * raw.gripper.pad_area)
+    # 3.78 and 3.51 were measured on a prototype with this pad, element and mass; calibrated, it is that of finite
+    # elements, whose table is good to 1.5 %.
     assert found["uniform"] == pytest.approx(3.78, rel=0.01)
-    assert found["indentation"] == pytest.approx(3.51, rel=0.02)
+    assert few_cells == pytest.approx(3.51, rel=0.02)
+    expected, _ = indentation_factor((EDGE,) * 3, (raw.gripper.pad_width, raw.gripper.pad_length), 0.0)
+    assert found["indentation"] == pytest.approx(expected, rel=0.03)
