@@ -139,7 +139,7 @@ def _squeeze(state: _State, phases: Sequence[Phase], edge: int) -> Result:
 def _rub(state: _State, phases: Sequence[Phase], edge: int) -> Result:
     from estimation.rubbing import measure_rub
 
-    return (measure_rub(state.known.arm, phases)[1],), ()
+    return (measure_rub(state.known.arm, phases, gripper=state.known.gripper)[1],), ()
 
 
 KINDS: dict[str, Callable[[_State, Sequence[Phase], int], Result]] = {
