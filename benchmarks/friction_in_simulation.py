@@ -86,8 +86,10 @@ def main(arguments: list[str]) -> int:
         print(f"mu {row['friction']}  {row['young_modulus']:9.0f} Pa  {row['mass']:5} kg  {told}")
     errors = [abs(row["ratio"] - 1) for row in rows if "ratio" in row]  # type: ignore[operator]
     if errors:
-        print(f"within 10 %: {sum(e <= 0.1 for e in errors)} of {len(rows)}; coverage of 95 %: {inside:.3f}; "
-              f"rms {100 * math.sqrt(sum(e * e for e in errors) / len(errors)):.1f} %")
+        print(
+            f"within 10 %: {sum(e <= 0.1 for e in errors)} of {len(rows)}; coverage of 95 %: {inside:.3f}; "
+            f"rms {100 * math.sqrt(sum(e * e for e in errors) / len(errors)):.1f} %"
+        )
     return 0
 
 

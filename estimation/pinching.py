@@ -4,8 +4,8 @@ The object stands on the table between the pads, which press on it from both sid
 driven down along its sides. At the limit of friction the arm feels T = 2 mu F, whatever the object weighs.
 
 F is read while the gripper closes, shortly before and after the pads slide, for a locked gripper's current says
-nothing of force. The pads swing down as they close, by ``gripper.swing`` of their way, against the friction on them:
-the motor feels F + swing T / 2.
+nothing of force. The pads swing down as they close, by ``gripper.swing`` of their way, against the friction on
+them: the motor feels F + swing T / 2.
 """
 
 from __future__ import annotations
@@ -188,9 +188,9 @@ def tangential(arm: Arm, sample: Sample, free: Array) -> float:
 def _press(
     arm: Arm, gripper: ParallelGripper, samples: Sequence[Sample], free: Array, air: float, locked: float
 ) -> tuple[float, float, float] | None:
-    """Return the force of a pad at the start and at the end of a closing and their sd [N]; None if it says nothing.
+    """Return the force of a pad at the start and the end of a closing and their sd [N]; None if it says nothing.
 
-    The closing starts and ends at rest: its way goes as 2 t^2 and then 1 - 2 (1 - t)^2, and the force with the way.
+    The closing starts and ends at rest: its way goes as 2 t^2 and then 1 - 2 (1 - t)^2, the force with the way.
     """
     at = np.flatnonzero([s.effort > locked for s in samples])
     if len(at) < 2:

@@ -1,7 +1,8 @@
-"""How far the simulated gripper gives way: a rigid block squeezed in the simulation, ``python -m sim.rigid_block``.
+"""How far the simulated gripper gives way: a rigid cylinder squeezed by it, ``python -m sim.rigid_block``.
 
 Drive, linkage and pads of the simulated fingers are stiff, not rigid. What the opening changes by per force on a
-block that does not give way is their stiffness in series with any object, as on a real gripper.
+cylinder that does not give way is their stiffness in series with any object, as on a real gripper. A cylinder, and
+not a block with flat faces: those would hold the pads upright, which an object that gives way does not.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from dynamics.arm import Arm
 from dynamics.gripper import ParallelGripper, robotiq_2f85
 from dynamics.kinematics import solve_pose, tool_down
 from dynamics.objects import DeclaredObject
-from sim.scene import TIMESTEP, scene_mjcf
+from sim.contact import TIMESTEP
+from sim.scene import scene_mjcf
 from sim.truth import TrueObject
 
 PLACE = (0.45, 0.0)  # m
@@ -105,6 +107,7 @@ def _with_rigid_block(mjcf: str, width: float) -> str:
 
 
 def main() -> int:
+    """Print the stiffness."""
     stiffness, sd = squeeze_rigid_block()
     sys.stdout.write(f"stiffness of the simulated gripper: {stiffness:.4g} +- {sd:.2g} N/m\n")
     return 0

@@ -39,8 +39,8 @@ class Rub:
     """Slide the pads down the object's sides and read the coefficient of friction off torques and motor current.
 
     The object stands on the table all the time, which takes the force: it is not carried, cannot tip, for both
-    sides are rubbed alike, and its weight does not matter. The pull of a slide is of the order of 10 N, for what is
-    left of the joint torques' offsets and hysteresis after the same motion in the air is 0.1 to 0.2 N.
+    sides are rubbed alike, and its weight does not matter. The pull of a slide is of the order of 10 N, for what
+    is left of the joint torques' offsets and hysteresis after the same motion in the air is 0.1 to 0.2 N.
     """
 
     name = "rub"
@@ -48,7 +48,7 @@ class Rub:
     sensor = Sensor("friction", 0.01, 0.1)  # where the reference has none: default noise of the simulator
 
     def model(self, network: Network) -> ActionModel | None:
-        """Return what rubbing informs: the coefficient of friction, once, for the force's calibration is common."""
+        """Return what rubbing informs: the friction; once, for the force's calibration is common to all rubs."""
         if "friction" not in network.quantities:
             return None
         sensor = dict(network.sensors).get("rub", self.sensor)
