@@ -13,7 +13,9 @@ from pathlib import Path
 from dynamics.errors import InvalidInput, UnknownName
 from dynamics.gripper import LoadSpread
 from dynamics.robot import Robot
+from estimation.network import CATEGORY, MATERIAL, Network
 from models.robot import Revision
+from selection.eyes import Senses, drawn_senses
 
 NOISE_NAMES = ("default", "none")
 
@@ -53,10 +55,13 @@ class OpenedRobot:
     Attributes:
         robot: what the exploration sees.
         truth: what the object really is, if it is simulated: its material, and the SI values of its properties.
+        senses: gives the classifiers that come with it, for a reference; a simulated one answers by the truth,
+            through the confusion matrices of the reference.
     """
 
     robot: Robot
     truth: Truth | None
+    senses: Callable[[Network], Senses] = lambda network: {}
 
 
 @dataclass(frozen=True)
@@ -65,11 +70,13 @@ class Truth:
 
     Attributes:
         material: the name of its material, or ``unknown``.
+        category: the name of its category, or ``unknown``.
         properties: SI values by name.
         units: SI units by name.
     """
 
     material: str
+    category: str
     properties: Mapping[str, float]
     units: Mapping[str, str]
 
@@ -102,6 +109,7 @@ def _simulated(request: RobotRequest) -> OpenedRobot:
         raise InvalidInput("--noise", request.noise, f"{', '.join(NOISE_NAMES)}, or a TOML file")
     told = Truth(
         material=truth.material,
+        category=truth.category,
         properties={
             "mass": truth.mass,
             "density": truth.density,
@@ -112,7 +120,8 @@ def _simulated(request: RobotRequest) -> OpenedRobot:
         units={"mass": "kg", "density": "kg/m^3", "elasticity": "Pa", "friction": "1", "volume": "m^3"},
     )
     robot = MujocoRobot(truth, noise, request.seed, revision=request.revision, vision=request.vision)
-    return OpenedRobot(robot, told)
+    classes = {MATERIAL: truth.material, CATEGORY: truth.category}
+    return OpenedRobot(robot, told, lambda network: drawn_senses(network, classes, request.seed))
 
 
 def _kortex(request: RobotRequest) -> OpenedRobot:

@@ -22,6 +22,7 @@ class TrueObject:
         friction: coefficient of friction against pads and table [-].
         damping: time constant of its stiffness-proportional damping [s].
         material: name of its material in the reference, or ``unknown``.
+        category: name of its category in references that have them, or ``unknown``.
     """
 
     declared: DeclaredObject
@@ -32,6 +33,7 @@ class TrueObject:
     friction: float
     damping: float
     material: str
+    category: str = "unknown"
 
     @property
     def volume(self) -> float:
@@ -62,6 +64,7 @@ def read_truth(path: Path) -> TrueObject:
         friction=table.number("friction", 0.8, at_least=0.2, at_most=1.0),
         damping=table.number("damping_s", 0.002, at_least=0.0, at_most=0.02, unit="s"),
         material=table.text("material", "unknown"),
+        category=table.text("category", "unknown"),
     )
     table.done()
     return truth
