@@ -10,9 +10,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from dynamics.errors import InvalidInput, UnknownName
-from dynamics.gripper import LoadSpread
+from dynamics.arm import Arm
+from dynamics.errors import InvalidInput, NoRobot, PalpateError, UnknownName
+from dynamics.gripper import LoadSpread, ParallelGripper
 from dynamics.robot import Robot
+from dynamics.signals import Sample
+from dynamics.trajectory import Trajectory
 from estimation.network import CATEGORY, MATERIAL, Network
 from models.robot import Revision
 from selection.eyes import Senses, drawn_senses
@@ -33,6 +36,7 @@ class RobotRequest:
         tare: file of a tare of a real arm's torque sensors.
         load_spread: what the pads' load does in an object between a real gripper's pads, ``pad`` or ``face``.
         yes: do not ask before a real arm's first motion.
+        dry_run: only plan; a real arm is connected and checked, and never moves.
     """
 
     object_file: Path
@@ -46,6 +50,7 @@ class RobotRequest:
     tare: Path | None = None
     load_spread: LoadSpread = "pad"
     yes: bool = False
+    dry_run: bool = False
 
 
 @dataclass(frozen=True)
@@ -57,10 +62,12 @@ class OpenedRobot:
         truth: what the object really is, if it is simulated: its material, and the SI values of its properties.
         senses: gives the classifiers that come with it, for a reference; a simulated one answers by the truth,
             through the confusion matrices of the reference.
+        judge: of a robot that only plans: what it has to say to a motion, if anything.
     """
 
     robot: Robot
     truth: Truth | None
+    judge: Callable[[Trajectory], None] | None = None
     senses: Callable[[Network], Senses] = lambda network: {}
 
 
@@ -85,12 +92,29 @@ def open_robot(name: str, request: RobotRequest) -> OpenedRobot:
     """Open a robot by name.
 
     Raises:
-        UnknownName: if there is no robot of that name.
-        PalpateError: if it cannot be opened.
+        InvalidInput: if there is no robot of that name, or something about it is unusable.
+        NoRobot: if it cannot be opened.
     """
     if name not in ROBOTS:
         raise UnknownName("--robot", name, ROBOTS)
-    return ROBOTS[name](request)
+    try:
+        return ROBOTS[name](request)
+    except InvalidInput:
+        raise
+    except PalpateError as error:
+        raise NoRobot(str(error)) from error
+
+
+def simulated_at_rest(revision: Revision = "V12", vision: bool = True) -> tuple[Arm, ParallelGripper, Sample]:
+    """Return arm and gripper of the simulated robot and how it stands at the start, without a simulation."""
+    import numpy as np
+
+    from dynamics.gripper import robotiq_2f85
+    from sim.robot import start_position
+
+    arm, gripper = Arm.gen3(revision, vision), robotiq_2f85()
+    still = np.zeros(arm.nv)
+    return arm, gripper, Sample(0.0, start_position(arm), still, still, gripper.max_opening, 0.0)
 
 
 def _simulated(request: RobotRequest) -> OpenedRobot:
@@ -121,7 +145,7 @@ def _simulated(request: RobotRequest) -> OpenedRobot:
     )
     robot = MujocoRobot(truth, noise, request.seed, revision=request.revision, vision=request.vision)
     classes = {MATERIAL: truth.material, CATEGORY: truth.category}
-    return OpenedRobot(robot, told, lambda network: drawn_senses(network, classes, request.seed))
+    return OpenedRobot(robot, told, senses=lambda network: drawn_senses(network, classes, request.seed))
 
 
 def _kortex(request: RobotRequest) -> OpenedRobot:
@@ -138,9 +162,10 @@ def _kortex(request: RobotRequest) -> OpenedRobot:
         vision=request.vision,
         gripper=robotiq_2f85(request.load_spread),
         tare=request.tare,
+        dry_run=request.dry_run,
         yes=request.yes,
     )
-    return OpenedRobot(robot, None)
+    return OpenedRobot(robot, None, judge=robot.follow if request.dry_run else None)
 
 
 ROBOTS: dict[str, Callable[[RobotRequest], OpenedRobot]] = {"sim": _simulated, "kortex": _kortex}
