@@ -295,6 +295,7 @@ def decision_record(decision: Decision) -> dict[str, object]:
     return {
         "target": decision.target,
         "price": decision.price,
+        "horizon": decision.horizon,
         "actions": {
             score.name: {
                 "bits": score.bits,
@@ -321,6 +322,7 @@ def belief_record(belief: Belief) -> dict[str, object]:
                 "unit": marginal.unit,
                 # Moments of what has not been measured yet say little on a log scale: the tails make them.
                 "median": marginal.quantile(0.5),
+                "mode": marginal.mode(),
                 "interval_90": list(marginal.interval(0.9)),
             }
             for name, marginal in ((name, belief.marginal(name)) for name in belief.network.quantities)

@@ -103,6 +103,24 @@ def test_looks_and_sounds_are_kept_and_taken_up_again(tmp_path):
     assert restored[0]["measurements"][0]["value"]["likelihoods"] == first.steps[0].observations[0].by_class
 
 
+def test_looking_ahead_is_an_option_where_the_budget_does_not_hold_all_actions():
+    robot = MujocoRobot(TRUTH, SensorModel.none())
+    horizons = {}
+    for lookahead in (False, True):
+        settings = Settings(budget=30.0, lookahead=lookahead)
+        explored = Exploration(robot, DECLARED, NETWORK, None, settings, Silent(), repertoire(SENSES))
+        horizons[lookahead] = next(iter_decisions(explored)).horizon
+    assert horizons == {False: 1, True: 2}
+
+
+def iter_decisions(explored):
+    """Yield what the exploration would decide now."""
+    told = []
+    explored._watcher.decides = told.append
+    explored._decide()
+    yield from told
+
+
 def test_the_truth_reaches_the_exploration_through_the_confusion_matrix_alone():
     opened = open_robot("sim", RobotRequest(FILE, noise="none", seed=7))
     senses = opened.senses(NETWORK)
