@@ -9,11 +9,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Literal
 
+from dynamics.bench import Plates, SqueezeBench
 from dynamics.errors import InvalidInput, UnknownName
 from dynamics.gripper import LoadSpread
 from dynamics.robot import Robot
 from models.robot import Revision
+
+if TYPE_CHECKING:
+    from sim.sensors import SensorModel
+    from sim.truth import TrueObject
 
 NOISE_NAMES = ("default", "none")
 
@@ -88,19 +94,29 @@ def open_robot(name: str, request: RobotRequest) -> OpenedRobot:
 
 def _simulated(request: RobotRequest) -> OpenedRobot:
     from sim.robot import MujocoRobot
-    from sim.sensors import SensorModel
     from sim.truth import read_truth
 
     truth = read_truth(request.object_file)
-    if request.noise == "default":
-        noise = SensorModel()
-    elif request.noise == "none":
-        noise = SensorModel.none()
-    elif request.noise.endswith(".toml") or "/" in request.noise:
-        noise = SensorModel.from_file(Path(request.noise))
-    else:
-        raise InvalidInput("--noise", request.noise, f"{', '.join(NOISE_NAMES)}, or a TOML file")
-    told = Truth(
+    noise = _noise(request.noise)
+    robot = MujocoRobot(truth, noise, request.seed, revision=request.revision, vision=request.vision)
+    return OpenedRobot(robot, _told(truth))
+
+
+def _noise(name: str) -> SensorModel:
+    """Return the errors of simulated sensors by name or file."""
+    from sim.sensors import SensorModel
+
+    if name == "default":
+        return SensorModel()
+    if name == "none":
+        return SensorModel.none()
+    if name.endswith(".toml") or "/" in name:
+        return SensorModel.from_file(Path(name))
+    raise InvalidInput("--noise", name, f"{', '.join(NOISE_NAMES)}, or a TOML file")
+
+
+def _told(truth: TrueObject) -> Truth:
+    return Truth(
         material=truth.material,
         properties={
             "mass": truth.mass,
@@ -111,8 +127,50 @@ def _simulated(request: RobotRequest) -> OpenedRobot:
         },
         units={"mass": "kg", "density": "kg/m^3", "elasticity": "Pa", "friction": "1", "volume": "m^3"},
     )
-    robot = MujocoRobot(truth, noise, request.seed, revision=request.revision, vision=request.vision)
-    return OpenedRobot(robot, told)
+
+
+@dataclass(frozen=True)
+class BenchRequest:
+    """Which bench is wanted, with what on it.
+
+    Attributes:
+        object_file: the object.
+        plates: ``pads`` or ``full``.
+        setting: ``accurate``, or ``fast`` with a coarser time step.
+        fidelity: ``uniform``, or ``indentation`` for an object that pads sink into.
+        noise: as of a robot.
+        seed: of the sensors' errors.
+    """
+
+    object_file: Path
+    plates: Plates = "pads"
+    setting: Literal["accurate", "fast"] = "accurate"
+    fidelity: Literal["uniform", "indentation"] = "uniform"
+    noise: str = "none"
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class OpenedBench:
+    """A bench with an object on it, and apart from it what the object really is."""
+
+    bench: SqueezeBench
+    truth: Truth
+
+
+def open_bench(request: BenchRequest) -> OpenedBench:
+    """Open the simulated bench.
+
+    Raises:
+        InvalidInput: if the object or the noise cannot be used.
+    """
+    from sim.bench import Bench
+    from sim.truth import read_truth
+
+    truth = read_truth(request.object_file)
+    noise = _noise(request.noise)
+    bench = Bench(truth, request.plates, request.setting, request.fidelity, noise, request.seed)
+    return OpenedBench(bench, _told(truth))
 
 
 def _kortex(request: RobotRequest) -> OpenedRobot:

@@ -9,7 +9,7 @@ import pytest
 from dynamics.bench import SqueezeBench, Stroke
 from dynamics.errors import InvalidInput
 from estimation.squeezing import measure_squeeze
-from sim.bench import Bench
+from sim.bench import Bench, BenchError
 from sim.bench_scene import MAX_STRAIN, bench_mjcf, layout_of
 from sim.sensors import SensorModel
 from tests.sim.objects import CORNERS, EDGE, block
@@ -113,10 +113,32 @@ def test_a_soft_object_meets_the_stop_before_it_is_crushed():
     assert 1 - pressed.opening.min() / EDGE == pytest.approx(MAX_STRAIN, abs=0.01)
 
 
-def test_the_force_of_a_drive_is_limited():
-    bench = Bench(block(4e5, 0.1), setting="fast")
-    pressed = bench.press(ten_percent(bench, dwell=0.3, max_force=40.0))
-    assert pressed.force[pressed.rows("dwell")][-1] == pytest.approx(40.0, rel=0.01)
+@pytest.mark.parametrize("stiffness", [None, 5e4])
+@pytest.mark.parametrize(("young", "mass"), [(4e5, 0.1), (1e6, 1.0), (1e6, 0.004)])
+def test_closing_stops_at_the_largest_force(young, mass, stiffness):
+    bench = Bench(block(young, mass), setting="fast")
+    pressed = bench.press(ten_percent(bench, dwell=0.3, stiffness=stiffness, max_force=40.0))
+    # It is seen at the end of a step, and the object goes on for about another one.
+    late = 2 * young * EDGE * SLOW * bench.timestep
+    assert pressed.force.max() == pytest.approx(40.0, abs=late)
+    assert pressed.force[pressed.rows("dwell")][-1] == pytest.approx(40.0, abs=late)
+    assert [name for name, _, _ in pressed.phases] == ["air", "compress", "dwell", "release"]
+    assert pressed.opening[-1] > bench.width
+
+
+def test_a_force_that_is_never_met_limits_nothing():
+    bench = Bench(block(), setting="fast")
+    free, limited = (bench.press(ten_percent(bench, max_force=force)) for force in (np.inf, 1e6))
+    np.testing.assert_array_equal(free.force, limited.force)
+
+
+@pytest.mark.parametrize("mass", [0.004, 1.0])
+def test_a_rigid_body_does_not_give(mass):
+    bench = Bench(block(1e9, mass), setting="fast")
+    pressed = bench.press(ten_percent(bench))
+    assert pressed.force.max() == pytest.approx(100.0, rel=0.01)
+    assert pressed.opening.min() == pytest.approx(EDGE, abs=3e-4)
+    assert pressed.imbalance < 1e-3
 
 
 @pytest.mark.parametrize("noise", [None, SensorModel()])
@@ -200,9 +222,8 @@ def test_what_would_crush_or_miss_the_object_is_refused():
         pressed.stiffness()
 
 
-def test_a_warning_of_the_physics_is_not_tolerated():
-    from sim.bench import BenchError
-
+def test_a_warning_of_the_physics_is_not_tolerated(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # the engine writes a log
     bench = Bench(block(), setting="fast")
     bench._model.opt.gravity[2] = 1e12
     with pytest.raises(BenchError, match="QACC"):
