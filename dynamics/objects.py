@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,8 +73,13 @@ class DeclaredObject:
         return pose
 
     def box(self) -> Box:
-        """Return its bounding box, for collision checks."""
-        return Box("object", self.size, self.pose())
+        """Return its bounding box, or the round body in it, for collision checks."""
+        bodies: dict[Shape, Literal["cylinder", "ellipsoid"]] = {
+            "cylinder": "cylinder",
+            "sphere": "ellipsoid",
+            "ellipsoid": "ellipsoid",
+        }
+        return Box("object", self.size, self.pose(), bodies.get(self.shape, "box"))
 
 
 def read_declared(path: Path) -> DeclaredObject:

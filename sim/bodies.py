@@ -31,8 +31,8 @@ FIDELITIES: tuple[Fidelity, ...] = ("uniform", "indentation")
 NAME = "object"
 SKIN = 1e-4  # m, radius of the vertices of a soft body
 COLOR = "0.93 0.63 0.18 1"
-_POINTS = 4  # grid points of a box along an edge
 _CELLS: dict[Fidelity, int] = {"uniform": 1, "indentation": 2}
+_AROUND: dict[Fidelity, int] = {"uniform": 24, "indentation": 48}  # points around a round body
 _ROLLING = "0.005 0.0005"  # m; torsional and rolling friction of a rigid body, which soft ones have by flattening
 
 
@@ -97,12 +97,14 @@ def standing_pose(truth: TrueObject) -> NDArray[np.float64]:
     return pose
 
 
-def surface(truth: TrueObject) -> Mesh:
-    """Return the surface of an object that is not a box, centred on its bounding box."""
+def surface(truth: TrueObject, fidelity: Fidelity = "uniform") -> Mesh:
+    """Return the surface of an object, centred on its bounding box."""
+    if truth.shape == "box":
+        return surfaces.box(truth.size)
     if truth.shape == "cylinder":
-        return surfaces.cylinder(truth.size)
+        return surfaces.cylinder(truth.size, _AROUND[fidelity])
     if truth.shape in ("sphere", "ellipsoid"):
-        return surfaces.ellipsoid(truth.size)
+        return surfaces.ellipsoid(truth.size, _AROUND[fidelity])
     mesh = truth.declared.mesh
     assert mesh is not None, truth.shape
     return mesh.scaled(truth.size[0] / mesh.extents[0])
@@ -121,19 +123,14 @@ def _soft(truth: TrueObject, fidelity: Fidelity, place: dict[str, str], timestep
         **place,
     }
     modulus = truth.young_modulus
-    if truth.shape == "box":
-        spacing = [(edge - 2 * SKIN) / (_POINTS - 1) for edge in truth.size]
-        body = ET.Element("flexcomp", common, type="grid", count=f"{_POINTS} {_POINTS} {_POINTS}")
-        body.set("spacing", _text(np.array(spacing)))
-    else:
-        outer = surface(truth)
-        inner = outer.scaled(tuple(1 - 2 * SKIN / extent for extent in outer.extents))  # type: ignore[arg-type]
-        modulus *= truth.volume / outer.volume  # flat triangles cut off a little of a round body
-        middle = inner.center_of_volume()
-        points = np.vstack([middle, inner.points])
-        fan = np.column_stack([np.zeros(len(inner.triangles), dtype=np.int64), inner.triangles + 1])
-        body = ET.Element("flexcomp", common, type="direct", point=_text(points.ravel()))
-        body.set("element", " ".join(map(str, fan.ravel())))
+    outer = surface(truth, fidelity)
+    inner = outer.scaled(tuple(1 - 2 * SKIN / extent for extent in outer.extents))  # type: ignore[arg-type]
+    modulus *= truth.volume / outer.volume  # flat triangles cut off a little of a round body
+    middle = inner.center_of_volume()
+    points = np.vstack([middle, inner.points])
+    fan = np.column_stack([np.zeros(len(inner.triangles), dtype=np.int64), inner.triangles + 1])
+    body = ET.Element("flexcomp", common, type="direct", point=_text(points.ravel()))
+    body.set("element", " ".join(map(str, fan.ravel())))
     elasticity = ET.SubElement(
         body, "elasticity", young=repr(modulus), poisson=repr(truth.poisson), damping=repr(truth.damping)
     )
