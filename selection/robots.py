@@ -152,10 +152,17 @@ class BenchRequest:
 
 @dataclass(frozen=True)
 class OpenedBench:
-    """A bench with an object on it, and apart from it what the object really is."""
+    """A bench with an object on it.
+
+    Attributes:
+        bench: squeezes.
+        truth: apart from it, what the object really is.
+        rigid: whether it is simulated as a rigid body, of which only the contact gives way.
+    """
 
     bench: SqueezeBench
     truth: Truth
+    rigid: bool
 
 
 def open_bench(request: BenchRequest) -> OpenedBench:
@@ -170,7 +177,7 @@ def open_bench(request: BenchRequest) -> OpenedBench:
     truth = read_truth(request.object_file)
     noise = _noise(request.noise)
     bench = Bench(truth, request.plates, request.setting, request.fidelity, noise, request.seed)
-    return OpenedBench(bench, _told(truth))
+    return OpenedBench(bench, _told(truth), truth.is_rigid)
 
 
 def _kortex(request: RobotRequest) -> OpenedRobot:

@@ -63,7 +63,7 @@ def _squeeze(given: argparse.Namespace) -> int:
             for squeezed in squeeze_all(bench, declared, strokes, run):
                 squeezes.append(squeezed)
                 if not given.quiet:
-                    print("\n".join(lines(len(squeezes), squeezed, opened.truth)), flush=True)
+                    print("\n".join(lines(len(squeezes), squeezed, opened.truth, opened.rigid)), flush=True)
             rate = rate_term(squeezes)
             run.finish(result_of(declared.name, squeezes, rate, opened.truth))
         pictures = plot(directory, squeezes, opened.truth, f"{declared.name}, {given.plates}")

@@ -133,10 +133,12 @@ def object_text(given: argparse.Namespace) -> tuple[Path, str]:
         table: dict[str, Any] = tomllib.loads(text)
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise InvalidInput(str(source), str(error), "a TOML file of an object") from None
-    if (given.young, given.mass, given.size) == (None, None, None):
-        return source, text
     declared, truth = dict(table.get("declared", {})), dict(table.get("truth", {}))
+    if (given.young, given.mass, given.size) == (None, None, None) and "mesh" not in declared:
+        return source, text
     declared.setdefault("name", source.stem)
+    if isinstance(declared.get("mesh"), str):  # the text is read elsewhere
+        declared["mesh"] = str((source.parent / declared["mesh"]).resolve())
     if given.young is not None:
         truth["young_modulus_pa"] = given.young
     if given.mass is not None:

@@ -29,8 +29,15 @@ def impact_share(squeezed: Squeezed, truth: Truth) -> float:
     return float(stress * true["volume"] / width / np.max(squeezed.force))
 
 
-def lines(number: int, squeezed: Squeezed, truth: Truth) -> list[str]:
-    """Return what one squeeze told, its moduli next to the truth."""
+def lines(number: int, squeezed: Squeezed, truth: Truth, rigid: bool = False) -> list[str]:
+    """Return what one squeeze told, its moduli next to the truth.
+
+    Args:
+        number: of the squeeze.
+        squeezed: what it told.
+        truth: what the object really is.
+        rigid: whether it is simulated as a rigid body.
+    """
     stroke = squeezed.stroke
     drive = "" if stroke.stiffness is None else f" by drives of {stroke.stiffness:g} N/m"
     told = [
@@ -39,7 +46,9 @@ def lines(number: int, squeezed: Squeezed, truth: Truth) -> list[str]:
     ]
     if squeezed.note:
         told.append(f"  {squeezed.note}")
-    if (share := impact_share(squeezed, truth)) > FELT_IMPACT:
+    if rigid:
+        told.append("  simulated as a rigid body: what gives way is its contact with the plates")
+    elif (share := impact_share(squeezed, truth)) > FELT_IMPACT:
         told.append(
             f"  the plates' impact, {100 * share:.1f} % of the largest force, is in the first readings: "
             "squeeze slower, or deeper"

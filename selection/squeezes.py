@@ -157,7 +157,9 @@ def _measured(
     force = gripper.force_per_ampere * (effort - air)
     lengths, sds = ((v[edge], v[1 - edge], v[2]) for v in (size.mean, size.sd))
     try:
-        estimate, measurements = measure_squeeze(gripper, declared.shape, lengths, phases, size_sd=sds)
+        estimate, measurements = measure_squeeze(
+            gripper, declared.shape, lengths, phases, size_sd=sds, fill=size.fill
+        )
     except InvalidInput as error:
         nothing = (None, None, (), None, math.nan, (), str(error))
         return Squeezed(stroke, time, opening, force, *nothing)
