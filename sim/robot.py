@@ -82,7 +82,7 @@ class MujocoRobot:
         self._crank_dofs = np.array(cranks)
         self._open_angle = self._gripper.crank_angle(self._gripper.max_opening)
         self._grip_command = self._gripper.max_opening
-        self._arm_command = solve_pose(self._arm, tool_down([0.42, 0.0, 0.38], 0.0), _ELBOW_UP)
+        self._arm_command = start_position(self._arm)
         self._data.qpos[self._joints] = self._arm_command
         mujoco.mj_forward(self._model, self._data)
         self._finger_inertia = _finger_inertia(self._model, self._data)
@@ -262,6 +262,11 @@ class MujocoRobot:
         force = gripper.pad_force(float(drive), self._opening())
         friction = self._sensors.model.grip_friction
         return max(force - friction, 0.0) / gripper.force_per_ampere
+
+
+def start_position(arm: Arm) -> Array:
+    """Return the joint positions in which the simulated arm starts: elbow up, over the table [rad], (nv,)."""
+    return solve_pose(arm, tool_down([0.42, 0.0, 0.38], 0.0), _ELBOW_UP)
 
 
 def _described(noise: SensorModel, fidelity: Fidelity) -> ParallelGripper:
