@@ -15,8 +15,8 @@ from sim.sensors import SensorModel
 from tests.sim.objects import CORNERS, EDGE, block
 
 SLOW = 0.01  # m/s: the impact of the plates and the damping of the object matter little
-# The block's surface is that of its vertices, 0.1 mm inside; the contact gives by 1/300 of the object a side.
-SKIN, CONTACT = (1 - 2e-4 / EDGE) ** 2, 2 / 300
+SKIN = (1 - 2e-4 / EDGE) ** 2  # the block's faces end at its vertices, 0.1 mm inside
+SMALL = 0.004  # what is left of the contact's give (1/300 of the object's a side), of inertia and damping
 
 
 def ten_percent(bench, speed=SLOW, **more):
@@ -30,8 +30,7 @@ def test_an_even_block_is_as_stiff_as_its_modulus_says(young, mass, plates):
     bench = Bench(block(young, mass), plates)
     # A heavy and soft block swings for a while after it is met: v sqrt(k m) is a hundredth of the force at 3 mm/s.
     pressed = bench.press(ten_percent(bench, 0.003 if mass > 0.5 else SLOW))
-    expected = young * EDGE * SKIN / (1 + CONTACT)
-    assert pressed.stiffness() == pytest.approx(expected, rel=0.01)
+    assert pressed.stiffness() == pytest.approx(young * EDGE * SKIN, rel=SMALL)
     assert pressed.imbalance < 0.01 * pressed.force.max()
 
 
@@ -40,7 +39,7 @@ def test_force_is_that_of_the_compression_at_rest():
     pressed = bench.press(ten_percent(bench, dwell=0.3))
     at = pressed.rows("dwell").stop - 1
     strain = 1 - pressed.opening[at] / EDGE
-    assert pressed.force[at] / (5e4 * EDGE**2 * strain) == pytest.approx(SKIN / (1 + CONTACT), rel=0.01)
+    assert pressed.force[at] / (5e4 * EDGE**2 * strain) == pytest.approx(SKIN, rel=SMALL)
     # The drive gives by 1/100 of the object, so nearly all of the compression is reached.
     assert strain == pytest.approx(0.1, rel=0.05)
 
@@ -58,10 +57,10 @@ def test_sides_of_a_block_follow_its_sizes():
 @pytest.mark.parametrize(("young", "mass"), [*CORNERS, (5e4, 0.1)])
 def test_the_fast_setting_agrees_with_the_accurate_one(young, mass):
     slopes = [
-        bench.press(ten_percent(bench)).stiffness()
+        bench.press(ten_percent(bench, 0.003 if mass > 0.5 else SLOW)).stiffness()
         for bench in (Bench(block(young, mass), "pads", setting) for setting in ("accurate", "fast"))
     ]
-    assert slopes[1] == pytest.approx(slopes[0], rel=0.02)
+    assert slopes[1] == pytest.approx(slopes[0], rel=0.002)
 
 
 def test_another_modulus_is_as_good_as_another_bench():
@@ -103,7 +102,7 @@ def test_a_drive_that_gives_turns_its_target_into_a_force():
     at = pressed.rows("dwell").stop - 1
     half = pressed.opening[at] / 2
     assert pressed.force[at] == pytest.approx(stiffness * (half - end), rel=1e-3)
-    own = 4e5 * EDGE * SKIN / (1 + CONTACT)  # and that of the object, F = k_o (L - 2 x)
+    own = 4e5 * EDGE * SKIN  # and that of the object, F = k_o (L - 2 x)
     assert half == pytest.approx((own * EDGE + stiffness * end) / (2 * own + stiffness), rel=0.01)
 
 
