@@ -66,7 +66,9 @@ def _squeeze(given: argparse.Namespace) -> int:
                     print("\n".join(lines(len(squeezes), squeezed, opened.truth, opened.rigid)), flush=True)
             rate = rate_term(squeezes)
             run.finish(result_of(declared.name, squeezes, rate, opened.truth))
-        pictures = plot(directory, squeezes, opened.truth, f"{declared.name}, {given.plates}")
+        pictures: tuple[Path, ...] = ()
+        if not given.no_pictures:
+            pictures = plot(directory, squeezes, opened.truth, f"{declared.name}, {given.plates}")
     if not given.quiet:
         if rate is not None:
             kind = "depends on the strain rate" if rate.significant else "does not depend on the strain rate"
@@ -74,7 +76,7 @@ def _squeeze(given: argparse.Namespace) -> int:
                 f"{kind}: E = {rate.modulus / 1e3:.4g} kPa (rate / {rate.reference:.3g} /s)^p, "
                 f"p = {rate.exponent:.4f} +- {rate.exponent_sd:.4f}"
             )
-        print(f"recorded in {directory}, pictures: {', '.join(path.name for path in pictures)}")
+        print(f"recorded in {directory}" + "".join(f", {path.name}" for path in pictures))
     return 0 if any(s.estimate is not None for s in squeezes) else FAILED
 
 

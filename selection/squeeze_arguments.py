@@ -59,6 +59,7 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--fidelity", choices=("uniform", "indentation"), default="uniform", help="how it deforms")
     made.add_argument("--fast", action="store_true", help="steps of 4 ms instead of 2")
     made.add_argument("--out", type=Path, metavar="DIR", help="run directory (default: runs/<time>-<object>)")
+    made.add_argument("--no-pictures", action="store_true", help="draw nothing")
     made.add_argument("--list", action="store_true", help="list objects and presets, and end")
     made.add_argument("--quiet", action="store_true", help="print nothing but errors")
     return made
