@@ -111,6 +111,7 @@ class Bench:
         noise: what the sensors add; nothing if None.
         seed: of the sensors' errors.
         edge: axis of the object to close along; the shorter of x and y if None.
+        factor: by which its cells are too stiff; the calibrated one if None, see `sim.calibration`.
 
     Attributes:
         truth: the object, with its modulus as it is now.
@@ -126,6 +127,7 @@ class Bench:
         noise: SensorModel | None = None,
         seed: int = 0,
         edge: int | None = None,
+        factor: float | None = None,
     ) -> None:
         self.truth, self.timestep = truth, TIMESTEPS[setting]
         self._edge = (1 if truth.size[1] <= truth.size[0] else 0) if edge is None else edge
@@ -134,6 +136,7 @@ class Bench:
         noise = noise or SensorModel.none()
         self._gripper = described(self._layout, noise, fidelity)
         self._fidelity: Fidelity = fidelity
+        self._factor = factor
         self._plates: Plates = plates
         self._sensors = Sensors(noise, np.random.default_rng(seed), 0, PERIOD)
         self._clock = 0.0
@@ -221,7 +224,7 @@ class Bench:
         """Compile the scene with so much air before the plates [m]."""
         self._gap = gap
         self._layout = layout_of(self.truth, self._plates, self._edge, gap)
-        text = bench_mjcf(self.truth, self._layout, self._fidelity, self.timestep)
+        text = bench_mjcf(self.truth, self._layout, self._fidelity, self.timestep, self._factor)
         self._model = mujoco.MjModel.from_xml_string(text)
         self._data = mujoco.MjData(self._model)
         self._weights = self._model.body_invweight0.copy()

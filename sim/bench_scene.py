@@ -57,7 +57,9 @@ def layout_of(truth: TrueObject, plates: Plates, edge: int, gap: float) -> Layou
     return Layout(edge, truth.size[edge], face, truth.size[edge] / 2 + gap)
 
 
-def bench_mjcf(truth: TrueObject, layout: Layout, fidelity: Fidelity, timestep: float) -> str:
+def bench_mjcf(
+    truth: TrueObject, layout: Layout, fidelity: Fidelity, timestep: float, factor: float | None = None
+) -> str:
     """Return the MJCF of the bench; a compiled model needs `sim.bodies.prepare`.
 
     Its sensors are the contact forces on the left and the right plate, each ``found, fx, fy, fz`` in the world's
@@ -81,7 +83,7 @@ def bench_mjcf(truth: TrueObject, layout: Layout, fidelity: Fidelity, timestep: 
     world = ET.SubElement(root, "worldbody")
     ET.SubElement(world, "light", pos="0.3 -1 2", dir="0.1 0.5 -1", diffuse="0.5 0.5 0.5")
     ET.SubElement(world, "camera", name="overview", pos="0.22 -0.12 0.12", xyaxes="0.5 0.87 0 -0.35 0.2 0.91")
-    add_object(root, truth, fidelity, np.eye(4), timestep)
+    add_object(root, truth, fidelity, np.eye(4), timestep, factor)
     drives = ET.SubElement(root, "actuator")
     sensors = ET.SubElement(root, "sensor")
     for side, sign in zip(SIDES, (1.0, -1.0), strict=True):
