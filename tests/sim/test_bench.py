@@ -83,13 +83,14 @@ def test_a_stroke_is_what_a_loop_of_steps_does():
     for way in ways:
         data.ctrl[:] = way
         mujoco.mj_step(model, data)
-        # Of the contacts themselves, in their own frames, not of a sensor.
+        # Of the contacts themselves, turned from their own frames, not of a sensor.
         on_both = 0.0
         for i in range(data.ncon):
             wrench = np.zeros(6)
             mujoco.mj_contactForce(model, data, i, wrench)
-            on_both += wrench[0]
-        forces.append(on_both / 2)
+            side = 1 if model.geom("left").id in data.contact[i].geom else -1
+            on_both += side * (data.contact[i].frame.reshape(3, 3).T @ wrench[:3])[1]
+        forces.append(abs(on_both) / 2)
     np.testing.assert_allclose(pressed.force, forces, atol=1e-3 * max(forces))
 
 
