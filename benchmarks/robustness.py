@@ -2,8 +2,8 @@
 
 ``python -m benchmarks.robustness --objects 200 --out DIR [--seed N] [--workers N] [--json]`` explores random
 objects at random places with the default noise until every action is used up, and looks into the simulator
-meanwhile: where the object really is is compared with what was reported. What is complete in DIR is not done again,
-so a long study can be made piece by piece with a growing ``--objects``.
+meanwhile: where the object is really is compared with what was reported. What is complete in DIR is not done
+again, so a long study can be made piece by piece with a growing ``--objects``.
 
 Counted: explorations that crashed (any error that is not the project's own), those that physics warned of, objects
 that were dropped or displaced by an action that said all was well, and actions that failed, by reason. An object

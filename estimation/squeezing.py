@@ -13,9 +13,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.compression import Geometry, Rule, Shape, geometry_of, stress_strain
+from dynamics.compression import Geometry, Rule, geometry_of, stress_strain
 from dynamics.errors import InvalidInput
 from dynamics.gripper import ParallelGripper
+from dynamics.shapes import Shape
 from dynamics.signals import GripperReadings, Phase
 from estimation.measurement import Measurement
 from estimation.stiffness import (
@@ -48,6 +49,7 @@ def measure_squeeze(
     size_sd: tuple[float, float, float] = (0.0, 0.0, 0.0),
     poisson: float = 0.3,
     rule: Rule = "auto",
+    fill: float | None = None,
 ) -> tuple[StiffnessEstimate, tuple[Measurement, ...]]:
     """Estimate the stiffness of a squeezed object and measure its elasticity and width.
 
@@ -62,6 +64,7 @@ def measure_squeeze(
         size_sd: standard deviations of the extents [m].
         poisson: Poisson's ratio of the object.
         rule: how force spreads in the object, see :func:`dynamics.compression.geometry_of`.
+        fill: share of its bounding box that the object fills, for a mesh.
 
     Returns:
         The estimate, and measurements of ``elasticity`` [Pa] (unless it is a bound) and of ``width`` [m] (unless
@@ -82,7 +85,7 @@ def measure_squeeze(
     locked = locked_current([phase.gripper() for phase in phases if phase.name == "dwell"])
     opening, effort, speed = closing_readings(closing, quantum, locked)
     force = gripper.force_per_ampere * (effort - air)
-    geometry = geometry_of(shape, size, gripper, poisson=poisson, rule=rule)
+    geometry = geometry_of(shape, size, gripper, poisson=poisson, rule=rule, fill=fill)
     noise = CurveNoise(
         stress_sd=_force_sd(np.zeros(len(force)), gripper) / geometry.area,
         scale_known=False,

@@ -24,7 +24,8 @@ import numpy as np
 
 from dynamics.errors import InvalidInput
 from dynamics.gripper import ParallelGripper, robotiq_2f85
-from dynamics.objects import SHAPES, DeclaredObject, Shape, read_declared
+from dynamics.objects import DeclaredObject, read_declared
+from dynamics.shapes import SHAPES, Shape
 from dynamics.tables import Table, read_toml
 from estimation.network import LOG, MATERIAL, UNKNOWN, Network
 from selection.actions.hand import GRIP_EFFORT, GRIP_STRAIN
