@@ -11,7 +11,7 @@ from dynamics.gripper import robotiq_2f85
 from estimation.network import Network
 from estimation.recording.files import to_toml
 from selection.dataset.one import Setup, draw
-from selection.dataset.random_objects import Ranges, Sampler, can_be_held, read_object
+from selection.dataset.random_objects import DRAWN_SHAPES, Ranges, Sampler, can_be_held, read_object
 from sim.truth import read_truth
 
 NETWORK = Network.from_file("soft-cubes")
@@ -37,14 +37,16 @@ def test_objects_lie_within_what_can_be_held_and_simulated():
         assert np.abs(np.subtract(drawn.size, known.size)).max() <= 2 * known.size_sd + 1e-6
         assert ranges.radius[0] - 1e-4 <= np.hypot(*known.position) <= ranges.radius[1] + 1e-4
     assert max(abs(drawn.declared.yaw) for drawn in DRAWN) > 3.0
+    shapes = Counter(drawn.declared.shape for drawn in DRAWN)
+    assert set(shapes) == set(DRAWN_SHAPES)
+    assert min(shapes.values()) > len(DRAWN) / 10
 
 
 def test_the_rule_of_holding_is_that_of_statics():
     # 2 mu F = 1.5 m g at F = 0.35 E A_pad: the heaviest that a sponge of 10 kPa and friction 0.5 may be
     heaviest = 2 * 0.5 * 0.35 * 1e4 * GRIPPER.pad_area / (1.5 * 9.81)
-    cube = dataclasses.replace(
-        DRAWN[0], size=(0.06, 0.06, 0.06), young_modulus=1e4, friction=0.5, mass=0.999 * heaviest
-    )
+    box = next(drawn for drawn in DRAWN if drawn.declared.shape == "box")
+    cube = dataclasses.replace(box, size=(0.06,) * 3, young_modulus=1e4, friction=0.5, mass=0.999 * heaviest)
     assert can_be_held(cube, GRIPPER)
     assert not can_be_held(dataclasses.replace(cube, mass=1.001 * heaviest), GRIPPER)
     assert not can_be_held(dataclasses.replace(cube, size=(0.03, 0.06, 0.061)), GRIPPER)
