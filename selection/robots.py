@@ -34,6 +34,7 @@ class RobotRequest:
         tare: file of a tare of a real arm's torque sensors.
         load_spread: what the pads' load does in an object between a real gripper's pads, ``pad`` or ``face``.
         yes: do not ask before a real arm's first motion.
+        draws: whether a simulated robot will be asked for pictures.
         dry_run: only plan; a real arm is connected and checked, and never moves.
     """
 
@@ -48,6 +49,7 @@ class RobotRequest:
     tare: Path | None = None
     load_spread: LoadSpread = "pad"
     yes: bool = False
+    draws: bool = False
     dry_run: bool = False
 
 
@@ -59,11 +61,13 @@ class OpenedRobot:
         robot: what the exploration sees.
         truth: what the object really is, if it is simulated: its material, and the SI values of its properties.
         judge: of a robot that only plans: what it has to say to a motion, if anything.
+        show: opens a viewer that is so many times as fast as real time at most, if it is simulated.
     """
 
     robot: Robot
     truth: Truth | None
     judge: Callable[[Trajectory], None] | None = None
+    show: Callable[[float], None] | None = None
 
 
 @dataclass(frozen=True)
@@ -111,6 +115,10 @@ def simulated_at_rest(revision: Revision = "V12", vision: bool = True) -> tuple[
 
 
 def _simulated(request: RobotRequest) -> OpenedRobot:
+    if request.draws:
+        from sim.opengl import choose_backend
+
+        choose_backend()
     from sim.robot import MujocoRobot
     from sim.sensors import SensorModel
     from sim.truth import read_truth
@@ -136,7 +144,7 @@ def _simulated(request: RobotRequest) -> OpenedRobot:
         units={"mass": "kg", "density": "kg/m^3", "elasticity": "Pa", "friction": "1", "volume": "m^3"},
     )
     robot = MujocoRobot(truth, noise, request.seed, revision=request.revision, vision=request.vision)
-    return OpenedRobot(robot, told)
+    return OpenedRobot(robot, told, show=robot.show)
 
 
 def _kortex(request: RobotRequest) -> OpenedRobot:

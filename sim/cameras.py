@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 # Eye and target by how far they lie outward of the object, to its left and over the table [m]: the arm reaches
 # towards the cameras, wherever the object stands.
 ONLOOKERS = {
-    "overview": ((0.65, -0.95, 0.62), (-0.18, -0.05, 0.18)),
+    "overview": ((0.75, -1.15, 0.80), (-0.25, -0.05, 0.30)),
     "close": ((0.35, -0.35, 0.20), (0.0, 0.0, 0.06)),
 }
 # The vision module's colour camera, in the flange's frame, looking along +z (kortex_description, color_module).
