@@ -15,7 +15,7 @@ from estimation.recording import read_recording
 from selection.dataset.__main__ import main
 from selection.dataset.folder import Dataset
 from selection.dataset.one import Setup
-from selection.dataset.table import row_of, schema, write_table
+from selection.dataset.table import QUANTITIES, row_of, schema, write_table
 from tests.selection.dataset.tiny import SETUP, fail, nod, nod_or_die
 
 ROOT = Path(__file__).parents[3]
@@ -89,6 +89,18 @@ def test_the_table_holds_truth_and_estimates(by_one, tmp_path):
         assert sum(posterior.values()) == pytest.approx(1)
         assert posterior[row["true_material"]] == row["true_material_probability"]
         assert row["error"] is None
+
+
+def test_every_column_is_documented():
+    pytest.importorskip("pyarrow")
+    manual = (ROOT / "docs" / "dataset.md").read_text()
+    for name in schema().names:
+        kind, _, rest = name.partition("_")
+        if kind in ("believed", "measured") and rest.split("_")[0] in QUANTITIES:
+            assert f"`{kind}_Q`" in manual
+            assert rest.split("_")[0] in manual
+        else:
+            assert f"`{name}`" in manual
 
 
 def test_a_bug_in_an_exploration_is_kept_and_the_rest_goes_on(tmp_path):
