@@ -42,6 +42,7 @@ class RobotRequest:
         tare: file of a tare of a real arm's torque sensors.
         load_spread: what the pads' load does in an object between a real gripper's pads, ``pad`` or ``face``.
         yes: do not ask before a real arm's first motion.
+        draws: whether a simulated robot will be asked for pictures.
         dry_run: only plan; a real arm is connected and checked, and never moves.
     """
 
@@ -56,6 +57,7 @@ class RobotRequest:
     tare: Path | None = None
     load_spread: LoadSpread = "pad"
     yes: bool = False
+    draws: bool = False
     dry_run: bool = False
 
 
@@ -69,12 +71,14 @@ class OpenedRobot:
         senses: gives the classifiers that come with it, for a reference; a simulated one answers by the truth,
             through the confusion matrices of the reference.
         judge: of a robot that only plans: what it has to say to a motion, if anything.
+        show: opens a viewer that is so many times as fast as real time at most, if it is simulated.
     """
 
     robot: Robot
     truth: Truth | None
     judge: Callable[[Trajectory], None] | None = None
     senses: Callable[[Network], Senses] = lambda network: {}
+    show: Callable[[float], None] | None = None
 
 
 @dataclass(frozen=True)
@@ -124,6 +128,10 @@ def simulated_at_rest(revision: Revision = "V12", vision: bool = True) -> tuple[
 
 
 def _simulated(request: RobotRequest) -> OpenedRobot:
+    if request.draws:
+        from sim.opengl import choose_backend
+
+        choose_backend()
     from sim.robot import MujocoRobot
     from sim.truth import read_truth
 
@@ -131,7 +139,12 @@ def _simulated(request: RobotRequest) -> OpenedRobot:
     noise = _noise(request.noise)
     robot = MujocoRobot(truth, noise, request.seed, revision=request.revision, vision=request.vision)
     classes = {MATERIAL: truth.material, CATEGORY: truth.category}
-    return OpenedRobot(robot, _told(truth), senses=lambda network: drawn_senses(network, classes, request.seed))
+    return OpenedRobot(
+        robot,
+        _told(truth),
+        senses=lambda network: drawn_senses(network, classes, request.seed),
+        show=robot.show,
+    )
 
 
 def _noise(name: str) -> SensorModel:

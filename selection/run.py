@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from selection.arguments import WRONG_INPUT, object_file, parser, robot_request
+from selection.arguments import WRONG_INPUT, object_file, parser, robot_request, wants_pictures
 
 if TYPE_CHECKING:
     from estimation.recording import Recording
@@ -57,6 +58,7 @@ def _explore(given: argparse.Namespace) -> int:
     from selection.rehearsal import StandIn
     from selection.result import result_of
     from selection.robots import open_robot
+    from selection.sights import Sights, Together
 
     past = saved = None
     if given.resume is not None:
@@ -81,15 +83,19 @@ def _explore(given: argparse.Namespace) -> int:
             stand_in = StandIn(opened.robot, declared, opened.judge)
             exploration = Exploration(stand_in, declared, network, prior, settings, watcher, actions)
             return _rehearse(exploration, stand_in, past, given.quiet)
-        exploration = Exploration(opened.robot, declared, network, prior, settings, watcher, actions)
+        sights = Sights(opened, given.view, wants_pictures(given), given.video, _say)
+        together = Together(watcher, sights)
+        exploration = Exploration(opened.robot, declared, network, prior, settings, together, actions)
         directory = given.resume or given.out or Path("runs") / f"{time.strftime('%Y%m%d-%H%M%S')}-{declared.name}"
         names = opened.robot.arm.joint_names
         if past is None:
             run = RunWriter.create(directory, configuration(given, source, opened.robot), declared.name, names)
         else:
             run = RunWriter.resume(directory, names)
-        with run:
+        with run, closing(sights):
             exploration.record(run)
+            exploration.on_phase(sights.phase)
+            sights.keep_in(directory)
             if past is not None:
                 exploration.recall(past)
             try:
@@ -123,6 +129,10 @@ def _rehearse(exploration: Exploration, robot: StandIn, past: Recording | None, 
             print(*told(Rehearsed(action, tuple(robot.moves), phases, problem)), sep="\n")
         robot.moves.clear()
     return status
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr)
 
 
 def _watcher(quiet: bool, plain: bool) -> LiveTable | Lines | Silent:
