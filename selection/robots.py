@@ -10,9 +10,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from dynamics.arm import Arm
 from dynamics.errors import InvalidInput, NoRobot, PalpateError, UnknownName
-from dynamics.gripper import LoadSpread
+from dynamics.gripper import LoadSpread, ParallelGripper
 from dynamics.robot import Robot
+from dynamics.signals import Sample
 from dynamics.trajectory import Trajectory
 from models.robot import Revision
 
@@ -94,6 +96,18 @@ def open_robot(name: str, request: RobotRequest) -> OpenedRobot:
         raise
     except PalpateError as error:
         raise NoRobot(str(error)) from error
+
+
+def simulated_at_rest(revision: Revision = "V12", vision: bool = True) -> tuple[Arm, ParallelGripper, Sample]:
+    """Return arm and gripper of the simulated robot and how it stands at the start, without a simulation."""
+    import numpy as np
+
+    from dynamics.gripper import robotiq_2f85
+    from sim.robot import start_position
+
+    arm, gripper = Arm.gen3(revision, vision), robotiq_2f85()
+    still = np.zeros(arm.nv)
+    return arm, gripper, Sample(0.0, start_position(arm), still, still, gripper.max_opening, 0.0)
 
 
 def _simulated(request: RobotRequest) -> OpenedRobot:

@@ -1,0 +1,1 @@
+"""Experiments: many explorations of many objects, counted, beside the figures that the thesis printed."""
