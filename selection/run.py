@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from estimation.recording import Recording
     from selection.display import Lines, LiveTable, Silent
     from selection.exploration import Exploration
-    from selection.rehearsal import StandIn
+    from selection.stand_in import StandIn
 
 FAILED = 1
 STOPPED_BY_HAND = 130
@@ -55,10 +55,10 @@ def _explore(given: argparse.Namespace) -> int:
     from selection.display import report
     from selection.exploration import Exploration, Settings
     from selection.eyes import chosen_senses, read_vision
-    from selection.rehearsal import StandIn
     from selection.result import result_of
     from selection.robots import open_robot
     from selection.sights import Sights, Together
+    from selection.stand_in import StandIn
 
     past = saved = None
     if given.resume is not None:
