@@ -10,7 +10,7 @@ from selection.trials.cells import SURE, actions_to
 from selection.trials.explore import Trace
 from selection.trials.harder import WORLDS, HarderResult
 from selection.trials.result_tables import LearningCurve, ResultTable, Value
-from selection.trials.statistics import Z95, calibration_error, log_score, mean_interval, wilson
+from selection.trials.statistics import calibration_error, log_score, mean_interval, wilson
 
 CAP = 6
 """Actions at which the count of actions to certainty ends."""
@@ -148,7 +148,8 @@ _COLUMNS = (
     "false alarms [%]",
     "actions",
     "seconds",
-    "seconds, +-",
+    "seconds, low",
+    "seconds, high",
 )
 
 
@@ -157,7 +158,6 @@ def _row(result: HarderResult, own: np.ndarray) -> tuple[Value, ...]:
     taken = actions_to(material, SURE, CAP).astype(float)
     mean, low, high = mean_interval(taken)
     known, novel = ~material.novel, material.novel
-    spent = material.seconds[:, -1]
     return (
         result.policy,
         len(taken),
@@ -174,6 +174,5 @@ def _row(result: HarderResult, own: np.ndarray) -> tuple[Value, ...]:
         100 * float(material.unknown[novel, -1].mean()) if novel.any() else None,
         100 * float(material.unknown[known, -1].mean()) if novel.any() else None,
         float(np.sum(material.choices >= 0, axis=1).mean()),
-        float(spent.mean()),
-        Z95 * float(spent.std(ddof=1)) / len(spent) ** 0.5,
+        *mean_interval(material.seconds[:, -1]),
     )
