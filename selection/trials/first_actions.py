@@ -55,7 +55,7 @@ def first_actions(network: Network, policy: ThesisMode | Exact, draws: int, seed
     """Return the first actions in every context, for every material as the truth.
 
     Args:
-        network: the reference; its measurement errors are replaced by those of the contexts.
+        network: the reference; if it brings measurement errors that are to be kept, see `real_first_actions`.
         policy: plans.
         draws: plans per material, for modes that sample.
         seed: of the sampling.
