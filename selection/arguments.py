@@ -51,6 +51,7 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--revision", choices=("V12", "BRAKES"), default="V12", help="hardware of the arm")
     made.add_argument("--no-vision", action="store_true", help="the arm has no vision module")
     made.add_argument("--resume", type=Path, metavar="DIR", help="go on with an interrupted run")
+    made.add_argument("--no-report", action="store_true", help="write no report.html, figures and tables")
     made.add_argument("--list", action="store_true", help="list objects and references, and end")
     made.add_argument("--quiet", action="store_true", help="print nothing but errors")
     real = made.add_argument_group("for --robot kortex")

@@ -60,6 +60,7 @@ def _explore(given: argparse.Namespace) -> int:
     declared = read_declared(source)
     opened = open_robot(given.robot, robot_request(given, source))
     watcher = _watcher(given.quiet)
+    recorded: Path | None = None
     try:
         settings = Settings("material", given.price, given.confidence, given.budget)
         exploration = Exploration(opened.robot, declared, network, prior, settings, watcher)
@@ -69,6 +70,7 @@ def _explore(given: argparse.Namespace) -> int:
             run = RunWriter.create(directory, configuration(given, source, opened.robot), declared.name, names)
         else:
             run = RunWriter.resume(directory, names)
+        recorded = None if given.no_report else directory
         with run:
             exploration.record(run)
             if past is not None:
@@ -82,9 +84,21 @@ def _explore(given: argparse.Namespace) -> int:
     finally:
         watcher.close()
         opened.robot.close()
+        if recorded is not None:
+            _write_page(recorded)
     if not given.quiet:
         report(exploration, opened.truth, directory, sys.stdout)
     return 0
+
+
+def _write_page(directory: Path) -> None:
+    """Write the page of a run, however it ended; the run itself is on disk already."""
+    try:
+        from selection.reporting import write_run_report
+
+        write_run_report(directory)
+    except Exception as error:  # whatever is wrong with a page must not make a run look failed
+        print(f"no report.html: {error}; try python -m selection.report {directory}", file=sys.stderr)
 
 
 def _watcher(quiet: bool) -> LiveTable | Lines | Silent:
