@@ -138,7 +138,7 @@ def course(
         lines.append((word, [sum(found.get(key, 0.0) for key in rest) for _, found in moments], MUTED))
     with drawing():
         sheet = Sheet(2.9)
-        axes = sheet.axes(0.6, 0.45, 1.42, 0.12)
+        axes = sheet.axes(0.6, 0.45, 1.5, 0.12)
         only_horizontal_grid(axes)
         last = len(moments) - 1
         axes.set_xlim(-0.08, max(last, 1))
@@ -156,7 +156,7 @@ def course(
         for at, i in _apart(ends, 0.075):
             key, _, colour = lines[i]
             own, moved = ((height + 0.02) / 1.04 for height in (ends[i][0], at))
-            axes.text(1.05, moved, name_of(key, 17), transform=axes.transAxes, va="center", color=INK)
+            axes.text(1.05, moved, name_of(key, 19), transform=axes.transAxes, va="center", color=INK, size=SMALL)
             axes.plot([1.015, 1.04], [own, moved], transform=axes.transAxes, color=colour, clip_on=False)
         every = max(1, math.ceil(len(moments) / 6))
         marks = list(range(0, len(moments), every))

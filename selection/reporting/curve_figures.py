@@ -13,7 +13,7 @@ from estimation.network import Network
 from selection.reporting.document import Figure
 from selection.reporting.drawing import SMALL, Sheet, bare, drawing, only_horizontal_grid
 from selection.reporting.palette import LIGHT, SERIES, colours
-from selection.reporting.text import labelled, listed, name_of, number, slug, unit_of
+from selection.reporting.text import listed, name_of, number, slug
 from selection.trials.result_tables import LearningCurve, ResultTable, Value
 
 INK, SOFT, LINE, MUTED = LIGHT["ink"], LIGHT["soft"], LIGHT["line"], LIGHT["muted"]
@@ -27,8 +27,9 @@ _NEEDED = ("rate", "low", "high")
 
 @dataclass(frozen=True)
 class Interval:
-    """A figure with its 95 % interval, and what the thesis printed for it, if it did."""
+    """A rate with its 95 % interval and what the thesis printed for it; rows of a group stand together."""
 
+    group: str
     label: str
     value: float
     low: float
@@ -97,23 +98,33 @@ def intervals(name: str, title: str, rows: Sequence[Interval], axis: str = "Rate
     """Draw rates with their 95 % intervals, row by row, next to those of the thesis."""
     rows = rows[:MOST_INTERVALS]
     thesis = any(row.thesis is not None for row in rows)
+    places, heads, at = [], [], 0.0
+    for i, row in enumerate(rows):
+        if row.group and (i == 0 or row.group != rows[i - 1].group):
+            heads.append((at + (0.35 if i else 0.0), row.group))
+            at = heads[-1][0] + 1.0
+        places.append(at)
+        at += 1.0
     with drawing():
-        sheet = Sheet(0.62 + ROW * len(rows) + 0.24)
-        axes = sheet.axes(2.05, 0.48, 0.2, 0.26)
+        sheet = Sheet(0.62 + ROW * at)
+        axes = sheet.axes(1.62, 0.48, 0.2, 0.08)
         bare(axes)
         axes.set_xlim(-0.02, 1.02)
-        axes.set_ylim(len(rows) - 0.4, -0.6)
-        for i, row in enumerate(rows):
-            axes.axhline(i, color=LINE, linewidth=0.6)
-            axes.plot([row.low, row.high], [i, i], color=LIGHT["accent"], linewidth=4.5, alpha=0.45)
-            axes.plot(row.value, i, "o", color=LIGHT["accent"], markersize=5)
+        axes.set_ylim(at - 0.3, -0.6)
+        for place, group in heads:
+            axes.text(-0.45, place, name_of(group, 46), weight="bold", va="center", color=INK, size=SMALL)
+        for y, row in zip(places, rows, strict=True):
+            axes.axhline(y, color=LINE, linewidth=0.6)
+            axes.plot([row.low, row.high], [y, y], color=LIGHT["accent"], linewidth=4.5, alpha=0.45)
+            axes.plot(row.value, y, "o", color=LIGHT["accent"], markersize=5, clip_on=False)
             if row.thesis is not None:
-                axes.plot(row.thesis, i, "D", color=INK, markersize=6, markerfacecolor="none")
-            axes.text(-0.06, i, name_of(row.label, 28), ha="right", va="center", color=INK, size=SMALL)
+                mark = {"markersize": 6, "markerfacecolor": "none", "clip_on": False}
+                axes.plot(row.thesis, y, "D", color=INK, **mark)
+            axes.text(-0.05, y, name_of(row.label, 21), ha="right", va="center", color=INK, size=SMALL)
         axes.spines["bottom"].set_visible(True)
         axes.set_xticks([0, 0.25, 0.5, 0.75, 1], ["0", "25", "50", "75", "100"])
         axes.set_xlabel(axis)
-        said = [f"{row.label} {100 * row.value:.0f} %" for row in rows]
+        said = [f"{row.group} {row.label} {100 * row.value:.0f} %".strip() for row in rows]
         return sheet.finish(
             name,
             title,
@@ -128,45 +139,38 @@ def intervals_of(table: ResultTable) -> tuple[Interval, ...]:
     if not all(name in names for name in _NEEDED):
         return ()
     at = {name: names.index(name) for name in _NEEDED}
-    words = [i for i in range(min(at.values())) if all(isinstance(row[i], str) for row in table.rows)]
-    varied = [i for i in words if len({row[i] for row in table.rows}) > 1 and names[i] != "thesis"]
+    words = [i for i in range(min(at.values())) if all(_is_word(row[i]) for row in table.rows)]
+    varied = [i for i in words if len({row[i] for row in table.rows}) > 1]
     thesis = next((i for i, name in enumerate(names) if name == "thesis"), None)
     found = []
     for row in table.rows:
         value, low, high = (row[at[name]] for name in _NEEDED)
         if all(isinstance(v, int | float) and math.isfinite(v) for v in (value, low, high)):
-            label = ", ".join(str(row[i]) for i in varied)
+            group = str(row[varied[0]]) if len(varied) > 1 else ""
+            label = ", ".join(str(row[i]) for i in (varied[1:] if len(varied) > 1 else varied))
             printed = _share(row[thesis]) if thesis is not None else None
-            found.append(Interval(label, float(value or 0), float(low or 0), float(high or 0), printed))
+            found.append(Interval(group, label, float(value or 0), float(low or 0), float(high or 0), printed))
     return tuple(found)
 
 
 def reference_densities(network: Network, quantity: str) -> Figure:
     """Draw the density of a property in every material of a reference, as in Figs. 3.16 and 3.19 of the thesis."""
     from estimation.belief import Belief
-    from selection.reporting.density_figures import prior_curves
+    from selection.reporting.density_figures import draw_legend, legend_size, prior_curves
 
-    prop = network.property(quantity)
     with drawing():
         names = network.classes("material")
-        sheet = Sheet(3.3)
-        axes = sheet.axes(0.14, 1.05, 0.14, 0.12)
-        handles = prior_curves(axes, Belief(network), quantity, colours(names))
-        axes.set_xlabel(labelled(quantity, prop.unit), labelpad=2)
-        longest = max((len(handle.get_label()) for handle in handles), default=0)
-        sheet.figure.legend(
-            handles=handles,
-            loc="lower left",
-            bbox_to_anchor=(0.005, 0.0),
-            ncols=3 if longest <= 15 else 2,
-            borderaxespad=0.0,
-            handlelength=1.3,
-        )
+        shades = colours(names)
+        columns, legend = legend_size(names, shades)
+        sheet = Sheet(2.4 + legend)
+        axes = sheet.axes(0.14, legend + 0.5, 0.14, 0.12)
+        handles = prior_curves(axes, Belief(network), quantity, shades)
+        draw_legend(sheet, handles, columns)
         return sheet.finish(
             f"reference-{slug(network.name)}-{slug(quantity)}",
             f"{quantity.capitalize()} in the reference {name_of(network.name)}",
             "Areas: probability of each material beforehand.",
-            f"Densities of {quantity} [{unit_of(prop.unit)[0]}] of {listed(list(names))}.",
+            f"Densities of {quantity} of {listed(list(names))}.",
         )
 
 
@@ -191,6 +195,11 @@ def _limits(axes: Any, curves: Sequence[LearningCurve]) -> None:
     whole = all(float(x).is_integer() for curve in curves for x in curve.x)
     axes.xaxis.set_major_locator(MaxNLocator(7, integer=whole))
     axes.yaxis.set_major_locator(MaxNLocator(6))
+
+
+def _is_word(cell: Value) -> bool:
+    """Tell whether a cell names something, and does not count."""
+    return isinstance(cell, str) and not cell.replace("/", "").isdecimal()
 
 
 def _share(cell: Value) -> float | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,6 +14,7 @@ from estimation.belief import Belief
 from estimation.measurement import Measurement
 from estimation.mixture import Mixture
 from estimation.network import UNKNOWN
+from selection.log_density import log_columns
 from selection.reporting.document import Figure
 from selection.reporting.drawing import SMALL, Sheet, drawing
 from selection.reporting.palette import LIGHT
@@ -53,31 +54,24 @@ def densities(
     heights at its mean are the likelihoods, weighted by what was believed.
     """
     classes = _classes(before, reading.property)
-    factor = unit_of(reading.unit)[1]
+    low, high, log = _range(classes, reading)
+    factor = unit_of(reading.unit, reading.mean)[1]
     with drawing():
-        sheet = Sheet(4.8 if after is not None else 3.1)
-        low, high, log = _range(classes, reading)
-        bottom = 2.3 if after is not None else 1.05
-        above = sheet.axes(0.14, bottom + 0.16, 0.14, 0.24)
+        columns, legend = legend_size([c.name for c in classes if c.weight > COUNTED], shades, 1)
+        own = legend + (1.25 if after is not None else 0.0)
+        sheet = Sheet(own + 2.65)
+        bottom = own + 0.55
+        above = sheet.axes(0.14, bottom, 0.14, 0.24)
         x = np.geomspace(low, high, POINTS) if log else np.linspace(low, high, POINTS)
         handles = _promised(above, classes, reading, x, log, shades, factor)
         _frame(above, "Before: what each material would read", factor, low, high, log)
         if after is not None:
-            below = sheet.axes(0.14, 1.14, 0.14, 2.96)
+            below = sheet.axes(0.14, legend + 0.5, 0.14, sheet.height - legend - 1.2)
             _concluded(below, after.marginal(reading.property), reading, factor, truth)
-            below.set_xlabel(labelled(reading.property, reading.unit), labelpad=2)
+            below.set_xlabel(labelled(reading.property, reading.unit, reading.mean), labelpad=2)
         else:
-            above.set_xlabel(labelled(reading.property, reading.unit), labelpad=2)
-        longest = max((len(handle.get_label()) for handle in handles), default=0)
-        sheet.figure.legend(
-            handles=handles,
-            loc="lower left",
-            bbox_to_anchor=(0.005, 0.0),
-            ncols=3 if longest <= 15 else 2,
-            columnspacing=1.2,
-            borderaxespad=0.0,
-            handlelength=1.3,
-        )
+            above.set_xlabel(labelled(reading.property, reading.unit, reading.mean), labelpad=2)
+        draw_legend(sheet, handles, columns)
         said = quantity(reading.mean, reading.sd, reading.unit)
         return sheet.finish(
             name,
@@ -86,6 +80,33 @@ def densities(
             f"Densities of {reading.property} of {listed([c.name for c in classes if c.weight > COUNTED])}, "
             f"with the reading {said}" + ("" if truth is None else f" and the truth {plain(truth, reading.unit)}"),
         )
+
+
+def legend_size(names: Sequence[str], shades: Mapping[str, str], more: int = 0) -> tuple[int, float]:
+    """Return the columns of a legend of classes, and its height [inches].
+
+    Args:
+        names: of the classes; those without a colour of their own share one entry.
+        shades: colours by name.
+        more: further entries.
+    """
+    own = [name for name in names if name == UNKNOWN or shades.get(name, MUTED) != MUTED]
+    entries = len(own) + (len(own) < len(names)) + more
+    columns = 3 if max((len(name) for name in own), default=0) <= 15 else 2
+    return columns, 0.2 * math.ceil(entries / columns) + 0.1
+
+
+def draw_legend(sheet: Sheet, handles: Sequence[Any], columns: int) -> None:
+    """Draw a legend along the lower edge."""
+    sheet.figure.legend(
+        handles=handles,
+        loc="lower left",
+        bbox_to_anchor=(0.005, 0.0),
+        ncols=columns,
+        columnspacing=1.2,
+        borderaxespad=0.0,
+        handlelength=1.3,
+    )
 
 
 def _promised(
@@ -111,9 +132,8 @@ def _promised(
         key=lambda c: (c.name == UNKNOWN, shades.get(c.name, MUTED) == MUTED, -c.weight),
     )
     for one in drawn:
-        wide = _widened(one.part, reading)
-        curve = np.asarray(wide.density(x)) * scale
-        height = float(wide.density(at_mean)[0]) * (float(at_mean[0]) if log else 1.0)
+        curve = _promised_density(one.part, reading, x) * scale
+        height = float(_promised_density(one.part, reading, at_mean)[0]) * (float(at_mean[0]) if log else 1.0)
         colour = SOFT if one.name == UNKNOWN else shades.get(one.name, MUTED)
         if one.name == UNKNOWN:
             axes.plot(x * factor, curve, color=SOFT, linewidth=1.2, linestyle=(0, (4, 2)))
@@ -145,6 +165,7 @@ def _concluded(axes: Any, belief: Mixture, reading: Measurement, factor: float, 
     """Draw the belief after the reading, close up, with reading and truth."""
     low, high = belief.interval(0.99)
     low = min(low, reading.mean - 3 * reading.sd)
+    low = max(low, 0.0) if belief.scale == "log" else low
     high = max(high, reading.mean + 3 * reading.sd)
     if truth is not None and low - 2 * (high - low) < truth < high + 2 * (high - low):
         margin = 0.05 * (high - low)
@@ -200,8 +221,7 @@ def _range(classes: list[_Class], reading: Measurement) -> tuple[float, float, b
     scale = classes[0].part.scale if classes else "linear"
     for one in counted:
         part = one.part
-        sds = _widened(part, reading).sds
-        ends = part.means - 2.8 * sds, part.means + 2.8 * sds
+        ends = part.means - 2.8 * part.sds, part.means + 2.8 * part.sds
         if scale == "log":
             ends = np.exp(np.clip(ends[0], -50, 50)), np.exp(np.clip(ends[1], -50, 50))
         lows.append(float(np.min(ends[0])))
@@ -216,12 +236,12 @@ def _range(classes: list[_Class], reading: Measurement) -> tuple[float, float, b
     return (low, high, False) if high > low else (low - 1.0, low + 1.0, False)
 
 
-def _widened(part: Mixture, reading: Measurement) -> Mixture:
-    """Return what a sensor would read of a mixture, sd^2 + sd_reading^2; on a log scale to first order."""
-    own = reading.sd
+def _promised_density(part: Mixture, reading: Measurement, z: Array) -> Array:
+    """Return the density of what a sensor would read of a mixture: its values plus N(0, sd^2) noise, (N,)."""
     if part.scale == "log":
-        own = reading.sd / max(abs(reading.mean), 1e-12)
-    return replace(part, sds=np.hypot(part.sds, own))
+        columns = log_columns(part.means, part.sds**2, z, reading.sd, 0.0)
+        return np.asarray(columns @ part.weights)
+    return np.asarray(replace(part, sds=np.hypot(part.sds, reading.sd)).density(z))
 
 
 def _classes(belief: Belief, quantity_name: str) -> list[_Class]:
@@ -247,7 +267,8 @@ def prior_curves(axes: Any, belief: Belief, quantity_name: str, shades: Mapping[
     reading = Measurement(quantity_name, centre, max(abs(centre), 1e-9) * 1e-9, unit)
     low, high, log = _range(classes, reading)
     x = np.geomspace(low, high, 2 * POINTS) if log else np.linspace(low, high, 2 * POINTS)
-    factor = unit_of(unit)[1]
+    factor = unit_of(unit, high)[1]
+    axes.set_xlabel(labelled(quantity_name, unit, high), labelpad=2)
     handles = _promised(axes, classes, reading, x, log, shades, factor, reads=False)
     _frame(axes, "", factor, low, high, log)
     return handles

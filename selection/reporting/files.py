@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from estimation.recording.files import CannotRecord, write_atomically
 from selection.reporting.document import Document
 from selection.reporting.html import html_of
+from selection.reporting.text import slug
 
 FIGURES, TABLES = "figures", "tables"
 
@@ -22,8 +24,8 @@ def write_document(document: Document, path: Path) -> Path:
     figures, tables = document.figures(), document.tables()
     try:
         for folder, files in (
-            (path.parent / FIGURES, {f"{figure.name}.svg": figure.svg for figure in figures}),
-            (path.parent / TABLES, {f"{table.name}.csv": table.csv() for table in tables}),
+            (path.parent / FIGURES, _named(((figure.name, figure.svg) for figure in figures), "svg")),
+            (path.parent / TABLES, _named(((table.name, table.csv()) for table in tables), "csv")),
         ):
             if files:
                 folder.mkdir(parents=True, exist_ok=True)
@@ -34,3 +36,14 @@ def write_document(document: Document, path: Path) -> Path:
         raise CannotRecord(f"{path.parent}: {error.strerror or error}; there is no report") from error
     write_atomically(path, html_of(document))
     return path
+
+
+def _named(files: Iterable[tuple[str, str]], kind: str) -> dict[str, str]:
+    """Return texts by names that are fit for files, and different."""
+    named: dict[str, str] = {}
+    for name, text in files:
+        stem, number = slug(name), 2
+        while f"{stem}.{kind}" in named:
+            stem, number = f"{slug(name)}-{number}", number + 1
+        named[f"{stem}.{kind}"] = text
+    return named

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from selection.display import DISPLAY_UNITS
 
-LONGEST_NAME = 40
+LONGEST_NAME, LONGEST_UNIT, LONGEST_SLUG = 40, 12, 80
 LONGEST_TEXT = 20_000
 NO_BREAK = "\u00a0"
 _WRITTEN = {"1": "", "kg/m^3": "kg/m³", "m^3": "m³", "cm^3": "cm³", "m^2": "m²"}
@@ -17,6 +17,7 @@ _MONTHS = (
     "July", "August", "September", "October", "November", "December",
 )  # fmt: skip
 _PROBABLE = 0.9995  # from here on a probability is said to be more than 99.9 %
+_LARGE = {"Pa": ((1e10, "GPa", 1e-9), (1e7, "MPa", 1e-6))}
 _UNFIT = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _TURNING = re.compile("[\u200e\u200f\u202a-\u202e\u2066-\u2069]")
 
@@ -40,18 +41,21 @@ def title_of(text: object) -> str:
 
 def slug(text: object) -> str:
     """Return a name fit for a file: small letters, digits and hyphens."""
-    return re.sub(r"[^a-z0-9]+", "-", str(text).lower()).strip("-")[:LONGEST_NAME] or "unnamed"
+    return re.sub(r"[^a-z0-9]+", "-", str(text).lower())[:LONGEST_SLUG].strip("-") or "unnamed"
 
 
-def unit_of(unit: str) -> tuple[str, float]:
-    """Return the unit that a person would use, and how many of it there are in one SI unit."""
+def unit_of(unit: str, value: float = 0.0) -> tuple[str, float]:
+    """Return the unit that a person would use for such a value [SI], and how many there are in one SI unit."""
+    for least, name, factor in _LARGE.get(unit, ()):
+        if abs(value) >= least:
+            return name, factor
     name, factor = DISPLAY_UNITS.get(unit, (unit, 1.0))
-    return _WRITTEN.get(name, name), factor
+    return _WRITTEN.get(name, name_of(name, LONGEST_UNIT)), factor
 
 
-def labelled(quantity: str, unit: str) -> str:
-    """Return the label of an axis or a column: quantity and unit."""
-    name = unit_of(unit)[0]
+def labelled(quantity: str, unit: str, largest: float = 0.0) -> str:
+    """Return the label of an axis that goes so far [SI unit]: quantity and unit."""
+    name = unit_of(unit, largest)[0]
     return f"{title_of(quantity)} [{name or '–'}]"
 
 
@@ -69,7 +73,7 @@ def number(value: float, digits: int = 3) -> str:
 
 def quantity(mean: float, sd: float, unit: str) -> str:
     """Return a value with its standard deviation, to two digits of the latter: ``87.5 ± 2.0 g``."""
-    name, factor = unit_of(unit)
+    name, factor = unit_of(unit, mean)
     mean, sd = mean * factor, sd * factor
     if not (math.isfinite(sd) and sd > 0 and math.isfinite(mean)):
         return f"{number(mean)}{NO_BREAK}{name}".rstrip()
@@ -79,13 +83,13 @@ def quantity(mean: float, sd: float, unit: str) -> str:
 
 def interval(ends: Sequence[float], unit: str) -> str:
     """Return an interval: ``84.7 to 91.1 g``."""
-    name, factor = unit_of(unit)
+    name, factor = unit_of(unit, ends[1])
     return f"{number(ends[0] * factor)} to {number(ends[1] * factor)} {name}".rstrip().replace(" ", NO_BREAK)
 
 
 def plain(value: float, unit: str) -> str:
     """Return one value to three digits, with its unit."""
-    name, factor = unit_of(unit)
+    name, factor = unit_of(unit, value)
     return f"{number(value * factor)}{NO_BREAK}{name}".rstrip()
 
 
