@@ -41,7 +41,7 @@ def gains(name: str, scores: Sequence[Score], price: float, choice: str) -> Figu
         axes = sheet.axes(0.14, 0.42, 0.14, 0.02)
         bare(axes)
         low = min([0.0, *(score.value for score in rows if score.feasible)])
-        high = max([1e-3, *(max(score.bits, score.value) for score in rows)])
+        high = max([0.1, *(max(score.bits, score.value) for score in rows)])
         axes.set_xlim(low, high + 1e-9)
         axes.set_ylim(len(rows), 0)
         for i, score in enumerate(rows):

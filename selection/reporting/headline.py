@@ -51,7 +51,11 @@ def _against_truth(page: RunPage, variable: str, name: str) -> tuple[str, ...]:
         return (
             " The simulated object is indeed made of it." if told != UNKNOWN else " Indeed it is none of them.",
         )
-    return (f" The simulated object is of {name_of(told)}: the conclusion is wrong.",)
+    really = f" The simulated object is of {name_of(told)}"
+    listed_there = page.story.last is not None and told in page.story.last.classes.get(variable, {})
+    if listed_there:
+        return (f"{really}: the conclusion is wrong.",)
+    return (f"{really}, which the reference does not list{': that is right' if name == UNKNOWN else ''}.",)
 
 
 def _course_of(story: Story) -> str:
@@ -72,10 +76,10 @@ def _course_of(story: Story) -> str:
 
 def _facts(story: Story, variable: str, probability: float) -> list[Fact]:
     assert story.last is not None
-    count = len(story.last.classes.get(variable, {}))
-    facts = [Fact(percent(probability), "Probability", f"{count} kinds of {variable}")]
+    count = len(set(story.last.classes.get(variable, {})) - {UNKNOWN})
+    facts = [Fact(percent(probability), "Probability", f"of {count} kinds listed")]
     measured = {m.property for step in story.acts for m in step.measurements}
-    if "mass" not in story.last.quantities:
+    if "mass" in measured and "mass" not in story.last.quantities:
         measured.add("density")
     for name, found in story.last.quantities.items():
         if name in measured and len(facts) < MOST_FACTS:

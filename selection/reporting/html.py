@@ -102,7 +102,7 @@ def _figure(figure: Figure) -> str:
 def _table(table: Table) -> str:
     texts = table.result.texts() if table.texts is None else table.texts
     columns = table.result.columns if table.columns is None else table.columns
-    right = [_is_numeric([row[i] for row in texts]) for i in range(len(columns))]
+    right = [not table.pairs and _is_numeric([row[i] for row in texts]) for i in range(len(columns))]
     kinds = [' class="number"' if is_number else "" for is_number in right]
     head = "".join(f'<th scope="col"{kind}>{_text(name)}</th>' for name, kind in zip(columns, kinds, strict=True))
     body = "".join(f"<tr>{_cells(row, kinds)}</tr>" for row in texts[:MOST_ROWS])
