@@ -6,6 +6,7 @@ crashes of the process, hangs of more than 5 s, memory beyond 1.5 GB. All but fi
 """
 
 import argparse
+import io
 import json
 import random
 import resource
@@ -14,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -23,7 +25,10 @@ from dynamics.errors import PalpateError
 from dynamics.signals import Sample
 from estimation.measurement import Measurement
 
-READERS = ("run", "ros2-mcap", "bag", "db3", "npz", "parquet", "csv", "csv-flat", "map", "list", "document")
+READERS = (
+    *("run", "ros2-mcap", "bag", "feedback", "db3", "npz", "npz-inside", "parquet", "csv", "csv-map"),
+    *("map", "list", "document"),
+)
 HANG = 5  # s
 MEMORY = 1500 * 2**20  # bytes of address space beyond what the process began with
 INTERESTING = (
@@ -131,6 +136,52 @@ def _bag_seed(folder: Path, kind: str) -> bytes:
     return next(iter([*path.glob("*.mcap"), *path.glob("*.db3")])).read_bytes()
 
 
+FEEDBACK = {  # the fields that matter, of the message that the ROS 1 driver of the Gen3 publishes
+    "BaseCyclic_Feedback": (
+        "uint32 frame_id\nActuatorFeedback[] actuators\nInterconnectCyclic_Feedback interconnect"
+    ),
+    "ActuatorFeedback": "uint32 command_id\nfloat32 position\nfloat32 velocity\nfloat32 torque",
+    "InterconnectCyclic_Feedback": "InterconnectCyclic_Feedback_tool_feedback oneof_tool_feedback",
+    "InterconnectCyclic_Feedback_tool_feedback": "GripperCyclic_Feedback[] gripper_feedback",
+    "GripperCyclic_Feedback": "MotorFeedback[] motor",
+    "MotorFeedback": "uint32 motor_id\nfloat32 position\nfloat32 velocity\nfloat32 current_motor",
+}
+
+
+def _feedback_seed(folder: Path) -> bytes:
+    from rosbags.rosbag1 import Writer
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    types = get_typestore(Stores.ROS1_NOETIC)
+    for name, text in FEEDBACK.items():
+        types.register(get_types_from_msg(text, f"kortex_driver/msg/{name}"))
+    known = {name: types.types[f"kortex_driver/msg/{name}"] for name in FEEDBACK}
+    path, kind = folder / "seed-feedback", "kortex_driver/msg/BaseCyclic_Feedback"
+    with Writer(path) as writer:
+        topic = writer.add_connection("/base_feedback", kind, typestore=types)
+        for n, one in enumerate(samples()):
+            actuators = [known["ActuatorFeedback"](0, *row) for row in zip(one.q, one.dq, one.tau, strict=True)]
+            motor = known["MotorFeedback"](0, one.opening, 0.0, one.effort)
+            tool = known["InterconnectCyclic_Feedback_tool_feedback"]([known["GripperCyclic_Feedback"]([motor])])
+            message = known["BaseCyclic_Feedback"](n, actuators, known["InterconnectCyclic_Feedback"](tool))
+            writer.write(topic, round(one.time * 1e9) + 10**18, types.serialize_ros1(message, kind))
+    return path.read_bytes()
+
+
+def mutate_inside(seed: bytes, chance: random.Random) -> bytes:
+    """Return an archive with one damaged member whose checksum is right."""
+    members = {}
+    with zipfile.ZipFile(io.BytesIO(seed)) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    name = chance.choice(sorted(members))
+    members[name] = mutate(members[name], chance)
+    made = io.BytesIO()
+    with zipfile.ZipFile(made, "w") as archive:
+        for member, content in members.items():
+            archive.writestr(member, content)
+    return made.getvalue()
+
+
 def _npz_seed(folder: Path) -> bytes:
     s = samples()
     np.savez(
@@ -161,7 +212,6 @@ def _csv_seed(folder: Path) -> bytes:
     return "\n".join(lines).encode()
 
 
-FLAT_MAP = {"time": 0, "q": [1, 2, 3, 4, 5, 6, 7], "torque": [1, 2, 3, 4, 5, 6, 7]}
 MAP = b"""[columns]
 time = "t"
 q = ["a", "b"]
@@ -188,25 +238,25 @@ def reader(name: str, folder: Path) -> tuple[bytes, Callable[[Path], object], st
     from estimation.ipalm import from_json, from_list
     from estimation.ipalm.documents import measurements_of
     from estimation.readers import LogMap, read_log
-    from estimation.readers.csv import ColumnMap, read_csv
     from estimation.recording import read_recording
+
+    by_number = {"time": 0, "q": tuple(range(1, 8)), "current": tuple(range(1, 8))}
 
     def text(path: Path) -> str:
         return path.read_bytes().decode("utf-8", "replace")
 
     if name == "run":
         return _run_seed(folder), read_recording, ".mcap"
+    if name == "feedback":
+        return _feedback_seed(folder), read_log, ".bag"
     if name in ("ros2-mcap", "bag", "db3"):
         return _bag_seed(folder, name), read_log, {"ros2-mcap": ".mcap"}.get(name, f".{name}")
     simple: dict[str, tuple[Callable[[], bytes], Callable[[Path], object], str]] = {
         "npz": (lambda: _npz_seed(folder), read_log, ".npz"),
+        "npz-inside": (lambda: _npz_seed(folder), read_log, ".npz"),
         "parquet": (lambda: _parquet_seed(folder), read_log, ".parquet"),
         "csv": (lambda: _csv_seed(folder), read_log, ".csv"),
-        "csv-flat": (
-            lambda: _csv_seed(folder),
-            lambda path: read_csv(path, ColumnMap.from_table(FLAT_MAP)),
-            ".csv",
-        ),
+        "csv-map": (lambda: _csv_seed(folder), lambda path: read_log(path, LogMap(by_number)), ".csv"),
         "map": (lambda: MAP, LogMap.from_file, ".toml"),
         "list": (lambda: LIST, lambda path: from_list(text(path)), ".json"),
         "document": (lambda: DOCUMENT, lambda path: measurements_of(from_json(text(path))), ".json"),
@@ -253,7 +303,7 @@ def attack(name: str, seconds: float, files: int, start: int) -> dict[str, objec
         resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, used + MEMORY))
         begin, number = time.monotonic(), start
         while time.monotonic() - begin < seconds and number - start < files:
-            damaged = mutate(seed, random.Random(number))
+            damaged = (mutate_inside if name == "npz-inside" else mutate)(seed, random.Random(number))
             target.write_bytes(damaged)
             print(number, file=sys.stderr, flush=True)  # the last one named is the one that crashed
             before = time.monotonic()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Literal
 
 import coal
 import numpy as np
@@ -18,17 +19,19 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Box:
-    """A box that the arm must not touch.
+    """A box that the arm must not touch, or what round body it holds.
 
     Attributes:
         name: what to call it in messages.
         size: its full edge lengths [m], (3,).
         pose: of its centre in the base, (4, 4).
+        body: ``box``, or the ``cylinder`` (upright) or ``ellipsoid`` that fills it.
     """
 
     name: str
     size: tuple[float, float, float]
     pose: Array
+    body: Literal["box", "cylinder", "ellipsoid"] = "box"
 
 
 def shifted(x: float, y: float, z: float) -> Array:
@@ -123,6 +126,11 @@ class Workspace:
         ]
 
     def _add(self, box: Box, joint: int, placement: pin.SE3) -> int:
-        shape = coal.Box(*box.size)
+        if box.body == "box":
+            shape = coal.Box(*box.size)
+        elif box.body == "cylinder":
+            shape = coal.Cylinder(max(box.size[:2]) / 2, box.size[2])
+        else:
+            shape = coal.Ellipsoid(*(edge / 2 for edge in box.size))
         index: int = self._geometry.addGeometryObject(pin.GeometryObject(box.name, joint, placement, shape))
         return index

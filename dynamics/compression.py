@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 
 from dynamics.errors import InvalidInput, UnknownName
 from dynamics.gripper import ParallelGripper
+from dynamics.hertz import approach_factor
 from dynamics.indentation import indentation_factor
+from dynamics.shapes import FILL, SHAPES, Lengths, Shape
 
 Array = NDArray[np.float64]
-Shape = Literal["box", "cylinder", "sphere"]
 Law = Literal["linear", "hertz", "line"]
 Rule = Literal["auto", "face", "pad", "pad-area"]
 
@@ -30,6 +31,7 @@ LARGEST = 1.0  # m; nothing a gripper holds is wider, so a larger number is anot
 LARGEST_FORCE = 1e4  # N; a larger number is another unit
 LINE_LOAD = 1.0  # largest line load over E* R that the law of the line contact is used for
 LINE_TABLE = 512  # points of its inverse
+UNKNOWN_SURFACE_SD = 0.3  # of kappa, for a surface that no theory of contact is known of
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,7 @@ class Geometry:
     """How an object's shape and the gripper's pads turn force into stress and opening into strain.
 
     Attributes:
-        shape: ``box``, ``cylinder`` or ``sphere``.
+        shape: one of `dynamics.shapes.SHAPES`.
         width: extent of the free object along the closing direction [m].
         contact_area: the area that the factor kappa refers to [m^2].
         kappa: force over E h(strain) and contact area [-].
@@ -62,8 +64,8 @@ class Geometry:
     series_stiffness_sd: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.shape not in get_args(Shape):
-            raise UnknownName("geometry: shape", self.shape, get_args(Shape))
+        if self.shape not in SHAPES:
+            raise UnknownName("geometry: shape", self.shape, SHAPES)
         if self.law not in get_args(Law):
             raise UnknownName("geometry: law", self.law, get_args(Law))
         _within("geometry: width [m]", self.width, LARGEST)
@@ -115,11 +117,12 @@ class Geometry:
 
 def geometry_of(
     shape: Shape,
-    size: tuple[float, float, float],
+    size: Lengths,
     gripper: ParallelGripper,
     *,
     poisson: float = 0.3,
     rule: Rule = "auto",
+    fill: float | None = None,
 ) -> Geometry:
     """Return the geometry of an object between a gripper's pads.
 
@@ -128,25 +131,28 @@ def geometry_of(
         larger than its faces, and any shape in a simulation with one deformable cell.
         ``pad``: a box larger than the pads, F = kappa(nu, sizes) A_pad E e, see :mod:`dynamics.indentation`; a
         sphere by Hertz, F = 4/3 E/(1 - nu^2) sqrt(R) (u/2)^(3/2) (Johnson, Contact Mechanics, 1985, eq. 4.23, at
-        two contacts); a lying cylinder, u = 2 P (1 - nu^2)/(pi E) (2 ln(4R/a) - 1) with the load per length P and
-        a^2 = 4 P R (1 - nu^2)/(pi E) (there, eq. 4.57, at two contacts).
+        two contacts); an ellipsoid likewise by its radii of curvature, see :mod:`dynamics.hertz`; a cylinder along
+        its side, u = 2 P (1 - nu^2)/(pi E) (2 ln(4R/a) - 1) with the load per length P and
+        a^2 = 4 P R (1 - nu^2)/(pi E) (there, eq. 4.57, at two contacts). No theory covers every mesh: as ``face``,
+        with 30 % uncertainty.
         ``pad-area``: stress is force over the pad's area whatever the object, as some publications do.
         ``auto``: the gripper's ``load_spread``.
 
     Args:
-        shape: ``box``; ``sphere``; ``cylinder``, its axis along the approach direction.
+        shape: ``box``, ``sphere``, ``ellipsoid``, ``mesh``; ``cylinder``, its axis along the approach direction.
         size: extents along the closing direction, across it, and along the approach direction [m].
         gripper: gives the pads and their stiffness.
         poisson: Poisson's ratio of the object, in [0, 0.5).
         rule: see above.
+        fill: share of its bounding box that the object fills; the shape's if None, and needed for a mesh.
 
     Raises:
         UnknownName: for a shape or rule that is not known.
-        InvalidInput: for a size that is not positive, wider than the gripper opens or not in metres, or a
-            Poisson's ratio out of range.
+        InvalidInput: for a size that is not positive, wider than the gripper opens or not in metres, a Poisson's
+            ratio out of range, or a mesh without its fill.
     """
-    if shape not in get_args(Shape):
-        raise UnknownName("geometry: shape", shape, get_args(Shape))
+    if shape not in SHAPES:
+        raise UnknownName("geometry: shape", shape, SHAPES)
     if rule not in get_args(Rule):
         raise UnknownName("geometry: rule", rule, get_args(Rule))
     if len(size) != 3:
@@ -162,17 +168,22 @@ def geometry_of(
         )
     if not 0 <= poisson < 0.5:
         raise InvalidInput("geometry: Poisson's ratio", poisson, "a number in [0, 0.5)")
+    fill = FILL.get(shape) if fill is None else fill
+    if fill is None or not 0 < fill <= 1 + 1e-9:
+        raise InvalidInput("geometry: share of the bounding box", fill, "a number in (0, 1], for a mesh")
     spread = gripper.load_spread if rule == "auto" else rule
     touched = min(across, gripper.pad_width) * min(along, gripper.pad_length)
     kappa, kappa_sd, law, area = 1.0, 0.0, "linear", touched
     if spread == "face":
-        area = {"box": 1.0, "cylinder": math.pi / 4, "sphere": math.pi / 6}[shape] * across * along
+        area = fill * across * along
     elif spread == "pad-area":
         area = gripper.pad_area
     elif shape == "box":
         kappa, kappa_sd = indentation_factor(size, (gripper.pad_width, gripper.pad_length), poisson)
-    elif shape == "sphere":
-        area, kappa, law = math.pi * (width / 2) ** 2, 4 / (3 * math.pi * (1 - poisson**2)), "hertz"
+    elif shape == "mesh":
+        area, kappa_sd = fill * across * along, UNKNOWN_SURFACE_SD
+    elif shape in ("sphere", "ellipsoid"):
+        area, kappa, law = math.pi * across * along / 4, _hertz(size) / (1 - poisson**2), "hertz"
     else:
         area, kappa, law = width * min(along, gripper.pad_length), 1 / (2 * (1 - poisson**2)), "line"
     return Geometry(
@@ -237,6 +248,15 @@ def stress_strain(force: Array, opening: Array, geometry: Geometry) -> StressStr
     if len(force) and np.median(np.abs(force)) > LARGEST_FORCE:
         raise InvalidInput("stress and strain: force", np.median(np.abs(force)), f"newtons, to {LARGEST_FORCE:g}")
     return StressStrain((geometry.width - opening) / geometry.width, force / geometry.area, geometry)
+
+
+def _hertz(size: Lengths) -> float:
+    """Return F (1 - nu^2) / (E area h(e)) of an ellipsoid between plates; 4 / (3 pi) for a ball."""
+    width, across, along = size
+    radii = across**2 / (2 * width), along**2 / (2 * width)
+    mean, ratio = math.sqrt(radii[0] * radii[1]), max(radii) / min(radii)
+    approach = width / 2 / approach_factor(ratio)
+    return 4 / 3 * math.sqrt(mean * approach) * approach / (math.pi * across * along / 4)
 
 
 def _line_table() -> tuple[Array, Array]:

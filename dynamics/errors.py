@@ -35,6 +35,10 @@ class UnknownName(InvalidInput):
         super().__init__(where, found, ", ".join(self.known) or "none (there are no names here)")
 
 
+class NoRobot(PalpateError):
+    """A robot could not be opened: it is not there, does not let one in, or is another one."""
+
+
 class MotionRefused(PalpateError):
     """A motion is impossible or unsafe and was refused before anything moved."""
 

@@ -63,6 +63,16 @@ class Trajectory:
         position: Array = (1 - share) * self.q[upper - 1] + share * self.q[upper]
         return position
 
+    def positions(self, times: Array) -> Array:
+        """Return the joint positions at several times, linear between the stored ones [rad], (M, nv)."""
+        last = len(self.time) - 1
+        if last == 0:
+            return np.repeat(self.q, len(times), axis=0)
+        upper = np.clip(np.searchsorted(self.time, times, side="right"), 1, last)
+        share = ((times - self.time[upper - 1]) / (self.time[upper] - self.time[upper - 1]))[:, None]
+        between: Array = (1 - share) * self.q[upper - 1] + share * self.q[upper]
+        return np.where((times >= self.time[-1])[:, None], self.q[-1], between)
+
 
 def time_path(arm: Arm, path: Array, speed: float = 0.6) -> Trajectory:
     """Time a path so that no joint exceeds its speed, acceleration and jerk limit.

@@ -37,15 +37,22 @@ def _run(given: argparse.Namespace) -> None:
 
     from estimation.payload.drives_fit import calibrate_drives
     from estimation.payload.motion import estimate_payload_motion
-    from estimation.payload.motion_rows import motion_rows
-    from estimation.readers.csv import ColumnMap, read_csv
+    from estimation.payload.motion_rows import JointLog, motion_rows
+    from estimation.readers import LogMap, read_log
+    from estimation.reestimation.description import arm_named
 
+    log = logging.getLogger(__name__)
     logging.basicConfig(level=logging.WARNING, format="calibrate: %(message)s")
-    arm, columns = load_arm(given.robot, given.tool), ColumnMap.from_file(given.columns)
+    arm = arm_named(given.robot, given.tool_frame)
+    columns = LogMap.from_file(given.map) if given.map else LogMap()
     rows: dict[str, MotionRows] = {}
     for path in (*given.unloaded, *given.reference, *given.check):
         if path not in rows:
-            rows[path] = motion_rows(arm, read_csv(path, columns))
+            recording = read_log(path, columns, arm)
+            if recording.rejections.count:
+                first = "; ".join(recording.rejections.reasons)
+                log.warning("%s: %d rows rejected: %s", path, recording.rejections.count, first)
+            rows[path] = motion_rows(arm, JointLog.of(recording))
     drives = calibrate_drives(
         arm,
         [rows[path] for path in given.unloaded],
@@ -76,22 +83,6 @@ def _numbers(text: str | None) -> list[float] | None:
         raise InvalidInput("--gain", text, "numbers separated by commas, nan where unknown") from None
 
 
-def load_arm(robot: str, tool: str | None) -> Arm:
-    """Return an arm by name, or of a URDF or MJCF file with a tool frame.
-
-    Raises:
-        InvalidInput: if a file comes without a tool frame, or there is no such robot.
-    """
-    from dynamics.arm import Arm
-    from dynamics.errors import InvalidInput
-
-    if Path(robot).suffix not in (".urdf", ".xml", ".mjcf"):
-        return Arm.named(robot)
-    if tool is None:
-        raise InvalidInput("--tool", None, "the name of the frame in which the payload is described")
-    return Arm.from_urdf(robot, tool) if Path(robot).suffix == ".urdf" else Arm.from_mjcf(robot, tool)
-
-
 def _table(arm: Arm, drives: Drives) -> str:
     unit = "" if drives.effort_kind == "torque" else "N m/A"
     lines = [
@@ -117,13 +108,13 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--robot", required=True, help="a name such as gen3 or ur10, or a URDF or MJCF file")
-    parser.add_argument("--tool", help="tool frame, for a file")
-    parser.add_argument("--columns", required=True, metavar="TOML", help="which column of the logs is what")
-    parser.add_argument("--unloaded", required=True, nargs="+", metavar="CSV", help="runs without a payload")
-    parser.add_argument("--reference", nargs="+", default=[], metavar="CSV", help="runs with a known payload")
+    parser.add_argument("--tool-frame", default="", metavar="NAME", help="of a file; it holds the payload")
+    parser.add_argument("--map", default="", metavar="FILE", help="what the columns of the logs mean (TOML)")
+    parser.add_argument("--unloaded", required=True, nargs="+", metavar="LOG", help="runs without a payload")
+    parser.add_argument("--reference", nargs="+", default=[], metavar="LOG", help="runs with a known payload")
     parser.add_argument("--mass", type=float, help="mass of that payload [kg]")
     parser.add_argument("--gain", metavar="K1,K2,...", help="known drive gains [N m/A], nan where unknown")
-    parser.add_argument("--check", nargs="+", default=[], metavar="CSV", help="runs whose payload to estimate")
+    parser.add_argument("--check", nargs="+", default=[], metavar="LOG", help="runs whose payload to estimate")
     parser.add_argument("--output", metavar="JSON", help="where to write the calibration")
     return parser
 

@@ -45,7 +45,7 @@ def condition_linear(
 
 
 def condition_exponential(
-    mean: np.ndarray, variance: np.ndarray, z: np.ndarray | float, sd: float, nodes: int = 64
+    mean: np.ndarray, variance: np.ndarray, z: np.ndarray | float, sd: float, nodes: int = 48
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Condition t ~ N(mean, variance) on z = exp(t) + N(0, sd^2), by moment matching.
 
@@ -86,17 +86,18 @@ def _support(mean: np.ndarray, variance: np.ndarray, z: np.ndarray, sd: float) -
     start = np.log(np.maximum(z, 0.1 * sd))
     relative = np.minimum(sd / np.maximum(z, sd), 1.0) ** 2
     blend = (mean * relative + start * variance) / (relative + variance)
-    best = np.full(np.broadcast(mean, z).shape, np.inf)
+    shape = np.broadcast(mean, z).shape
+    t = np.stack([np.broadcast_to(guess, shape) for guess in (mean, start, blend)])
+    best = np.full(shape, np.inf)
     with np.errstate(over="ignore"):
-        for guess in (mean, start, blend):
-            t = np.broadcast_to(guess, best.shape)
-            for _ in range(4):
-                value = np.exp(np.minimum(t, 300.0))
-                phi = 0.5 * ((t - mean) ** 2 / variance + ((z - value) / sd) ** 2)
-                best = np.fmin(best, phi)
-                slope = (t - mean) / variance - (z - value) * value / sd**2
-                bend = 1.0 / variance + (value / sd) ** 2
-                t = t - np.clip(slope / bend, -2.0, 2.0)
+        for _ in range(4):
+            value = np.exp(np.minimum(t, 300.0))
+            error, scaled = (z - value) / sd, (t - mean) / variance
+            phi = 0.5 * (scaled * (t - mean) + error**2)
+            best = np.fmin(best, np.fmin.reduce(phi))
+            slope = scaled - error * value / sd
+            bend = 1.0 / variance + (value / sd) ** 2
+            t = t - np.clip(slope / bend, -2.0, 2.0)
     reach = best + _TAIL
     half = np.sqrt(2 * variance * reach)
     outer = sd * np.sqrt(2 * reach)

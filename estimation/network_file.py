@@ -212,7 +212,7 @@ def _property(name: str, value: object, parents: Mapping[str, tuple[str, ...]], 
     if name in RESERVED:
         raise InvalidInput(where, name, "a name that is not a variable or a target")
     unit = unit_of(spec, where)
-    factor = units.si_factor(unit, where)
+    known = units.parse_unit(unit, f"{where}: unit")
     scale = spec.get("scale", LINEAR)
     if scale not in (LINEAR, LOG):
         raise UnknownName(f"{where}: scale", scale, (LINEAR, LOG))
@@ -233,9 +233,9 @@ def _property(name: str, value: object, parents: Mapping[str, tuple[str, ...]], 
     means, sds = [], []
     for place, row in rows:
         only(row, ("mean", "sd"), place)
-        means.append(factor * number(row.get("mean"), f"{place}: mean", positive=scale == LOG))
-        sds.append(factor * number(row.get("sd"), f"{place}: sd", positive=True))
-    return Property(name, parent, units.si_unit(unit, where), scale, tuple(means), tuple(sds))
+        means.append(known.factor * number(row.get("mean"), f"{place}: mean", positive=scale == LOG))
+        sds.append(known.factor * number(row.get("sd"), f"{place}: sd", positive=True))
+    return Property(name, parent, known.si, scale, tuple(means), tuple(sds))
 
 
 def _sensor(

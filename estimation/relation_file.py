@@ -60,7 +60,7 @@ def parse_relations(
         place = f"{where}: {name}"
         unit = unit_of(specs[name], place)
         _check_relation(kind, terms, known, unit, place)
-        found.append(Relation(name, kind, units.si_unit(unit, place), terms))
+        found.append(Relation(name, kind, units.parse_unit(unit, f"{place}: unit").si, terms))
     return tuple(found)
 
 
@@ -68,15 +68,16 @@ def _check_relation(
     kind: str, terms: tuple[tuple[str, float], ...], known: Mapping[str, Property], unit: str, where: str
 ) -> None:
     """Refuse a relation whose unit does not fit or whose form the update cannot treat."""
-    own = units.dimension(unit, where)
-    exponents = [units.dimension(known[name].unit, where) for name, _ in terms]
+    own = units.parse_unit(unit, f"{where}: unit").dimension
+    exponents = [units.parse_unit(known[name].unit).dimension for name, _ in terms]
     if kind == "sum":
         fits = all(other == own for other in exponents)
         if any(known[name].scale == LOG for name, _ in terms):
             raise InvalidInput(where, [name for name, _ in terms], "a sum of properties on the linear scale")
     else:
         total = [
-            sum(power * other[i] for (_, power), other in zip(terms, exponents, strict=True)) for i in range(3)
+            sum(power * other[i] for (_, power), other in zip(terms, exponents, strict=True))
+            for i in range(len(own))
         ]
         fits = all(abs(a - b) < 1e-12 for a, b in zip(total, own, strict=True))
         linear = [name for name, _ in terms if known[name].scale == LINEAR]

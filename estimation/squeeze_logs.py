@@ -19,9 +19,10 @@ from pathlib import Path
 
 import numpy as np
 
-from dynamics.compression import Geometry, Shape, StressStrain, geometry_of, stress_strain
+from dynamics.compression import Geometry, StressStrain, geometry_of, stress_strain
 from dynamics.errors import InvalidInput, PalpateError
 from dynamics.gripper import ParallelGripper, robotiq_2f85
+from dynamics.shapes import Shape
 from estimation.stiffness import estimate_stiffness
 from estimation.stiffness.estimate import StiffnessEstimate
 from estimation.stiffness.repeats import (

@@ -13,14 +13,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.compression import Geometry, Rule, Shape, geometry_of, stress_strain
+from dynamics.compression import Geometry, Rule, geometry_of, stress_strain
 from dynamics.errors import InvalidInput
 from dynamics.gripper import ParallelGripper
+from dynamics.shapes import Shape
 from dynamics.signals import GripperReadings, Phase
 from estimation.measurement import Measurement
 from estimation.stiffness import CurveNoise, StiffnessEstimate, TooLittleCompression, estimate_stiffness
 from estimation.stiffness.fit import predict
 from estimation.stiffness.noise import quantum_of
+from estimation.stiffness.unyielding import hardly_gives
 
 Array = NDArray[np.float64]
 
@@ -41,6 +43,7 @@ def measure_squeeze(
     size_sd: tuple[float, float, float] = (0.0, 0.0, 0.0),
     poisson: float = 0.3,
     rule: Rule = "auto",
+    fill: float | None = None,
 ) -> tuple[StiffnessEstimate, tuple[Measurement, ...]]:
     """Estimate the stiffness of a squeezed object and measure its elasticity and width.
 
@@ -55,9 +58,11 @@ def measure_squeeze(
         size_sd: standard deviations of the extents [m].
         poisson: Poisson's ratio of the object.
         rule: how force spreads in the object, see :func:`dynamics.compression.geometry_of`.
+        fill: share of its bounding box that the object fills, for a mesh.
 
     Returns:
-        The estimate, and measurements of ``elasticity`` [Pa] (unless it is a bound) and of ``width`` [m].
+        The estimate, and measurements of ``elasticity`` [Pa] (unless it is a bound) and of ``width`` [m] (unless
+        the readings leave open where the object was touched).
 
     Raises:
         NoContact: if the force never rose.
@@ -74,7 +79,7 @@ def measure_squeeze(
     locked = locked_current([phase.gripper() for phase in phases if phase.name == "dwell"])
     opening, effort, speed = closing_readings(closing, quantum, locked)
     force = gripper.force_per_ampere * (effort - air)
-    geometry = geometry_of(shape, size, gripper, poisson=poisson, rule=rule)
+    geometry = geometry_of(shape, size, gripper, poisson=poisson, rule=rule, fill=fill)
     noise = CurveNoise(
         stress_sd=_force_sd(np.zeros(len(force)), gripper) / geometry.area,
         scale_known=False,
@@ -84,18 +89,31 @@ def measure_squeeze(
         deadband_sd=gripper.friction_force_sd / geometry.area,
         gain_sd=_gain_sd(gripper, shape, size, size_sd, geometry.contact_area == gripper.pad_area),
     )
-    try:
-        estimate = _estimate(force, opening, speed, geometry, noise, gripper)
-    except TooLittleCompression as little:
-        estimate = little.estimate
-    width = Measurement("width", estimate.onset, math.hypot(estimate.onset_sd, _resolution(quantum)), "m")
+    reported, reported_effort = _reported(closing, locked)
+    reported_force = gripper.force_per_ampere * (reported_effort - air)
+    reported_sd = _force_sd(np.maximum(reported_force, 0.0), gripper)
+    estimate = hardly_gives(reported, reported_force, reported_sd, quantum, geometry, noise)
+    if estimate is None:
+        try:
+            estimate = _estimate(force, opening, speed, geometry, noise, gripper)
+        except TooLittleCompression as little:
+            estimate = little.estimate
+    widths: tuple[Measurement, ...] = ()
+    if math.isfinite(estimate.onset_sd):  # an object that hardly gives may have been touched anywhere
+        sd = math.hypot(estimate.onset_sd, _resolution(quantum))
+        widths = (Measurement("width", estimate.onset, sd, "m"),)
     if estimate.bound is not None:
-        return estimate, (width,)
-    return estimate, (Measurement("elasticity", estimate.young_modulus, estimate.sd, "Pa"), width)
+        return estimate, widths
+    return estimate, (Measurement("elasticity", estimate.young_modulus, estimate.sd, "Pa"), *widths)
 
 
 def _estimate(
-    force: Array, opening: Array, speed: Array, geometry: Geometry, noise: CurveNoise, gripper: ParallelGripper
+    force: Array,
+    opening: Array,
+    speed: Array,
+    geometry: Geometry,
+    noise: CurveNoise,
+    gripper: ParallelGripper,
 ) -> StiffnessEstimate:
     """Return the estimate with the noise and the delay that fit the readings best."""
     first = estimate_stiffness(stress_strain(force, opening, geometry), noise, min_ticks=FEW_TICKS)
@@ -105,12 +123,13 @@ def _estimate(
     level = predict(first.fit.parameters, curve.strain, geometry)[0] * geometry.area
     noise = replace(noise, stress_sd=_force_sd(level, gripper) / geometry.area)
     best = estimate_stiffness(curve, noise, min_ticks=FEW_TICKS)
+    quantum = noise.strain_quantum * geometry.width
     evidence = best.fit.log_likelihood + DELAY_EVIDENCE
     for delay in DELAYS:
         # A viscous material answers to u + delay du/dt, and so does a sensor that is late.
         curve = stress_strain(force, opening - delay * speed, geometry)
         found = estimate_stiffness(curve, noise, min_ticks=FEW_TICKS)
-        if found.fit.log_likelihood > evidence:
+        if found.fit.log_likelihood > evidence and found.compression > quantum:
             best, evidence = found, found.fit.log_likelihood
     return best
 
@@ -164,6 +183,13 @@ def closing_readings(
     if len(opening) < 7:
         raise InvalidInput("squeeze: close, compress", f"{len(opening)} readings of closing pads", "at least 7")
     return opening, effort, speed
+
+
+def _reported(series: Sequence[GripperReadings], locked: float) -> tuple[Array, Array]:
+    """Return opening [m] and current [A] of closing pads as they were reported, (N,) each."""
+    at = [moving(readings, locked) for readings in series]
+    opening = np.concatenate([readings.opening[rows] for readings, rows in zip(series, at, strict=True)])
+    return opening, np.concatenate([readings.effort[rows] for readings, rows in zip(series, at, strict=True)])
 
 
 def moving(readings: GripperReadings, locked: float = math.inf) -> NDArray[np.bool_]:

@@ -44,7 +44,7 @@ from hw.kortex.tcp import TcpSession
 from hw.kortex.udp import UdpSession
 from hw.kortex.units import Array, Reading
 from hw.preflight import CheckReport, examine, identity_problems
-from hw.safety import SafetyMonitor
+from hw.safety import START_TOLERANCE, SafetyMonitor
 from hw.settings import KortexSettings
 from hw.stopper import Stopper
 from hw.waypoints import waypoints
@@ -202,7 +202,8 @@ class KortexRobot:
             return
         points = waypoints(trajectory, self.settings.limits.speed_share * self._arm.velocity_limit)
         command = client.waypoint_list(units.angles_to_arm(points.q).tolist(), points.durations.tolist())
-        if self._planned is None:  # the arm can judge a motion only from where it stands
+        stands = self._feedback.newest.sample.q
+        if np.abs(q - stands).max() <= START_TOLERANCE:  # the arm can judge a motion only from where it stands
             _refuse(client.validate(self._tcp, command))
         if self.settings.dry_run:
             self._planned = replace(self.read(), q=trajectory.q[-1], dq=np.zeros(self._arm.nv))

@@ -18,7 +18,10 @@ DEFAULT_REFERENCE = "soft-cubes"
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
     made = OneLineParser(
-        prog="python -m selection.run", description="Explore an object until it is known well enough."
+        prog="python -m selection.run",
+        description="Explore an object until it is known well enough.",
+        epilog="Exit status: 0 done, or with --dry-run: the next action can be done; 1 failed, or the arm is not "
+        "safe to move; 2 wrong input or no robot; 130 interrupted.",
     )
     made.add_argument("--object", default=DEFAULT_OBJECT, metavar="NAME|FILE.toml", help="object on the table")
     made.add_argument(
@@ -51,6 +54,9 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--revision", choices=("V12", "BRAKES"), default="V12", help="hardware of the arm")
     made.add_argument("--no-vision", action="store_true", help="the arm has no vision module")
     made.add_argument("--resume", type=Path, metavar="DIR", help="go on with an interrupted run")
+    made.add_argument(
+        "--dry-run", action="store_true", help="plan and check the next action; move and write nothing"
+    )
     made.add_argument("--no-report", action="store_true", help="write no report.html, figures and tables")
     made.add_argument("--list", action="store_true", help="list objects and references, and end")
     made.add_argument("--quiet", action="store_true", help="print nothing but errors")
@@ -93,6 +99,7 @@ def robot_request(given: argparse.Namespace, object_file: Path) -> RobotRequest:
         tare=given.offsets,
         load_spread=given.load_spread,
         yes=given.yes,
+        dry_run=given.dry_run,
     )
 
 

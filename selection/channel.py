@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from estimation.bank import Bank, Predictive, direction, linear_first, predictive
 from estimation.network import CATEGORY, LOG, MATERIAL, Network
 from estimation.sensor import ClassSensor, Sensor
-from selection.log_density import log_columns
-from selection.quadrature import mixture_nodes
+from selection.quadrature import PANEL, graded_nodes, mixture_nodes
+from selection.reading_density import REACH, reading_columns
 
+_REMEMBERED = 1024  # hypotheses up to which channels are remembered: 64 of them take 100 MB then
 _HALF_LN_2PIE = 0.5 * math.log(2 * math.pi * math.e)
-_SPLIT = np.linspace(-4.0, 4.0, 17)  # half a standard deviation apart: exact to 1e-8 when each keeps half
+_LEAST_NODES, _MOST_NODES = 33, 257
+_LEAST_REACH = 5.0
+_HELD = 1e5  # widths of a reading that a property's own range is narrower by when it is as good as fixed
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,12 +57,31 @@ def channel(network: Network, bank: Bank, sensor: Sensor | ClassSensor, per_sd: 
     if isinstance(sensor, ClassSensor):
         return _class_channel(network, bank, sensor)
     found, component = _components(network, bank, sensor.property)
-    if found.link == LOG:
-        return _log_channel(found, component, sensor, per_sd)
     if not found.exact:
-        return _summed_channel(_product_parts(network, bank, sensor), component, per_sd)
-    if sensor.relative_sd > 0:
-        return _summed_channel(_relative_parts(found, sensor), component, per_sd)
+        return _product_channel(network, bank, sensor, component, per_sd)
+    if len(found.mean) > _REMEMBERED:
+        return _reading_of(found, component, sensor, per_sd)
+    known = _known(found.mean.tobytes(), found.variance.tobytes(), found.link, sensor, per_sd)
+    return replace(known, component=component)
+
+
+@lru_cache(maxsize=64)
+def _known(mean: bytes, variance: bytes, link: str, sensor: Sensor, per_sd: float) -> Channel:
+    """Return a channel that plans ask for again and again: a reading changes few of them."""
+    found = Predictive(np.frombuffer(mean), np.frombuffer(variance), link)
+    made = _reading_of(found, np.arange(len(found.mean)), sensor, per_sd)
+    for array in (made.values, made.weights, made.columns, made.column_entropy, made.noise_entropy):
+        array.setflags(write=False)
+    return made
+
+
+forget = _known.cache_clear
+"""Drop the channels that are remembered; for measuring times."""
+
+
+def _reading_of(found: Predictive, component: np.ndarray, sensor: Sensor, per_sd: float) -> Channel:
+    if found.link == LOG or sensor.relative_sd > 0:
+        return _value_channel(found, component, sensor, per_sd)
     return _gaussian_channel(found, component, sensor, per_sd)
 
 
@@ -98,74 +121,85 @@ def _gaussian_channel(found: Predictive, component: np.ndarray, sensor: Sensor, 
     return Channel(z, weights, columns, component, _HALF_LN_2PIE + np.log(total), flat)
 
 
-@dataclass(frozen=True, eq=False)
-class _Parts:
-    """Densities as sums of Gaussians: shares (J,), means, sds and noise sds (U, J)."""
+def _product_channel(
+    network: Network, bank: Bank, sensor: Sensor, component: np.ndarray, per_sd: float
+) -> Channel:
+    """Return the reading of a product of two properties of which one is on the linear scale.
 
-    shares: np.ndarray
-    means: np.ndarray
-    sds: np.ndarray
-    noise: np.ndarray
-
-
-def _relative_parts(found: Predictive, sensor: Sensor) -> _Parts:
-    """Return a property read with proportional noise."""
-    sd = np.sqrt(found.variance)[:, None]
-    centre = found.mean[:, None] + sd * math.sqrt(0.75) * _SPLIT
-    noise = np.hypot(sensor.sd, sensor.relative_sd * centre)
-    return _Parts(_split_weights(), centre, np.hypot(0.5 * sd, noise), noise)
-
-
-def _product_parts(network: Network, bank: Bank, sensor: Sensor) -> _Parts:
-    """Return the reading of a product of two properties."""
+    With the other one held at nodes the product is on the linear scale too.
+    """
     index = linear_first(network, direction(network, sensor.property)[0])
     mean, block = bank.mean[:, index], bank.covariance[:, index[:, None], index]
     v_b = block[:, 1, 1]
     slope = (block[:, 0, 1] / v_b)[:, None]
     inner = np.maximum(block[:, 0, 0][:, None] - slope**2 * v_b[:, None], 0.0)
-    shift = np.sqrt(0.75 * v_b)[:, None] * _SPLIT
     log = network.properties[index[1]].scale == LOG
-    b = mean[:, 1:] + shift
-    rest = 0.25 * v_b[:, None]
-    g, tangent = (np.exp(b), np.exp(b)) if log else (b, np.ones_like(b))
-    a = mean[:, :1] + slope * shift
-    centre = g * a
-    own = g**2 * inner + (tangent * a + g * slope) ** 2 * rest
-    noise = np.hypot(sensor.sd, sensor.relative_sd * centre)
-    return _Parts(_split_weights(), centre, np.sqrt(own + noise**2), noise)
+
+    def given(steps: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return means and variances of the product, and the widths of its reading for a change of b by its sd."""
+        b = mean[:, 1:] + np.sqrt(v_b)[:, None] * steps
+        g, tangent = (np.exp(b), np.exp(b)) if log else (b, np.ones_like(b))
+        a = mean[:, :1] + slope * (b - mean[:, 1:])
+        centre, variance = g * a, g**2 * inner
+        wide = np.sqrt(variance + sensor.sd**2 + (sensor.relative_sd * centre) ** 2)
+        change = np.abs(tangent * a + g * slope) * np.sqrt(v_b)[:, None]
+        return centre, np.maximum(variance, 1e-18 * wide**2), wide / np.maximum(change, 1e-300)
+
+    # Nodes may lie no further apart than their readings are wide.
+    ratio = float(np.min(given(np.linspace(-_LEAST_REACH, _LEAST_REACH, _LEAST_NODES))[2]))
+    count = int(np.clip(2 * REACH / (0.8 * ratio), _LEAST_NODES, _MOST_NODES)) | 1
+    steps, shares = _nodes(1 if ratio > _HELD else count)
+    centre, variance, _ = given(steps)
+    every = _value_channel(Predictive(centre.ravel(), variance.ravel(), "linear"), component, sensor, per_sd)
+    columns = every.columns.reshape(len(every.values), -1, len(shares)) @ shares
+    remaining = every.noise_entropy.reshape(-1, len(shares)) @ shares
+    return Channel(
+        every.values, every.weights, columns, component, _column_entropy(columns, every.weights), remaining
+    )
 
 
-def _split_weights() -> np.ndarray:
-    weights = np.exp(-0.5 * _SPLIT**2)
-    return np.asarray(weights / weights.sum())
+def _nodes(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return nodes of the standard normal distribution and their weights."""
+    steps = np.linspace(-REACH, REACH, count) if count > 1 else np.zeros(1)
+    weights = np.exp(-0.5 * steps**2)
+    return steps, weights / weights.sum()
 
 
-def _summed_channel(parts: _Parts, component: np.ndarray, per_sd: float) -> Channel:
-    z, weights = mixture_nodes(parts.means.ravel(), parts.sds.ravel(), per_sd)
-    columns = np.empty((len(z), len(parts.means)))
-    for u in range(len(parts.means)):
-        columns[:, u] = _normal(z[:, None], parts.means[u], parts.sds[u]) @ parts.shares
-    remaining = _HALF_LN_2PIE + np.log(np.maximum(parts.noise, 1e-300)) @ parts.shares
-    return Channel(z, weights, columns, component, _column_entropy(columns, weights), remaining)
-
-
-def _log_channel(found: Predictive, component: np.ndarray, sensor: Sensor, per_sd: float) -> Channel:
-    """Return the channel of z = exp(t) + noise, on nodes that are even in asinh(z / c)."""
+def _value_channel(found: Predictive, component: np.ndarray, sensor: Sensor, per_sd: float) -> Channel:
+    """Return the channel of a reading whose noise, or whose scale, depends on the value."""
+    log = found.link == LOG
     mean, sd = found.mean, np.sqrt(found.variance)
-    centre = np.exp(mean)
-    noise = np.hypot(np.maximum(sensor.sd, 1e-9 * centre), sensor.relative_sd * centre)
-    knee = float(np.min(noise))
-    width = np.sqrt(centre**2 * found.variance + noise**2) / np.sqrt(centre**2 + knee**2)
-    edges = np.stack([mean - 6.5 * sd, mean + 6.5 * sd])
-    reach = 6.5 * np.hypot(sensor.sd, sensor.relative_sd * np.exp(edges))
-    ends = np.arcsinh(np.array([np.min(np.exp(edges) - reach), np.max(np.exp(edges) + reach)]) / knee)
-    y, step = mixture_nodes(np.arcsinh(centre / knee), np.minimum(width, 1.0), per_sd, ends=ends)
-    z, weights = knee * np.sinh(y), step * knee * np.cosh(y)
-    columns = log_columns(mean, found.variance, z, max(sensor.sd, 1e-9 * float(centre.min())), sensor.relative_sd)
+    reached = np.stack([mean - REACH * sd, mean + REACH * sd])
+    edges = np.exp(np.clip(reached, -300, 300)) if log else reached
+    size = np.exp(np.clip(mean, -300, 300)) if log else np.abs(mean) + sd
+    constant = max(sensor.sd, 1e-9 * float(size.min()))
+    reach = REACH * np.hypot(constant, sensor.relative_sd * edges)
+    # Noise that is proportional to large values reaches below small ones.
+    low, high = (edges - reach).min(axis=0), (edges + reach).max(axis=0)
+    panel = PANEL * 4 / per_sd
+    if log:
+        knee = 2 * max(constant, sensor.relative_sd * float(edges[0].min()))
+
+        def scale(y: np.ndarray, width: np.ndarray) -> np.ndarray:
+            value = knee * np.abs(np.sinh(y))
+            noise = np.hypot(constant, sensor.relative_sd * value)
+            return np.asarray(np.hypot(value * np.minimum(width, 1.0), noise) / np.hypot(value, knee))
+
+        y, step = graded_nodes(np.arcsinh(low / knee), np.arcsinh(high / knee), sd, scale, panel=panel)
+        z, weights = knee * np.sinh(y), step * knee * np.cosh(y)
+    else:
+
+        def scale(y: np.ndarray, width: np.ndarray) -> np.ndarray:
+            return np.asarray(np.hypot(width, np.hypot(constant, sensor.relative_sd * y)))
+
+        turn = constant / sensor.relative_sd if sensor.relative_sd else 0.0
+        z, weights = graded_nodes(low, high, sd, scale, turn, 0.7 * panel)
+    columns = reading_columns(mean, found.variance, z, constant, sensor.relative_sd, found.link)
     columns /= weights @ columns
-    nodes = mean[:, None] + sd[:, None] * _SPLIT
-    log_noise = np.log(np.hypot(max(sensor.sd, 1e-300), sensor.relative_sd * np.exp(nodes)))
-    remaining = _HALF_LN_2PIE + log_noise @ _split_weights()
+    steps, shares = _nodes(29)
+    nodes = mean[:, None] + sd[:, None] * steps
+    value = np.exp(np.minimum(nodes, 300.0)) if log else nodes
+    remaining = _HALF_LN_2PIE + np.log(np.hypot(constant, sensor.relative_sd * value)) @ shares
     return Channel(z, weights, columns, component, _column_entropy(columns, weights), remaining)
 
 

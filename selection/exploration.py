@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
 from dynamics.errors import ActionFailed, InvalidInput, MotionRefused
 from dynamics.objects import DeclaredObject
 from dynamics.robot import Robot
+from dynamics.signals import Phase
 from estimation.belief import Belief
 from estimation.conclude import conclude
 from estimation.measurement import Measurement
@@ -169,6 +170,37 @@ class Exploration:
 
     def step(self) -> None:
         """Plan and do one action, or find a reason to stop."""
+        decision = self._decide()
+        if self._run is not None:
+            self._run.decision(self._robot.read().time, decision_record(decision))
+        if decision.choice is None:
+            self.stopped_because = decision.stop or ALL_FAILED
+            return
+        step = self._do(decision, self._actions[decision.choice])
+        self.steps.append(step)
+        self._note_belief()
+        self._watcher.learns(step)
+
+    def rehearse(self) -> Iterator[tuple[str, tuple[Phase, ...], str]]:
+        """Plan the next action and make its motions without measuring; with a robot that moves in thought.
+
+        Yields:
+            The action that was chosen, the stretches it would measure, and why it can not be done, or nothing. One
+            that can not be done is followed by the next choice.
+        """
+        self._watcher.begins(self.belief)
+        while (name := self._decide().choice) is not None:
+            problem = ""
+            try:
+                self._actions[name].perform(self._hand)
+            except (ActionFailed, MotionRefused, InvalidInput) as error:
+                problem = str(error)
+            yield name, self._tape.take(), problem
+            if not problem:
+                return
+            self._state = self._state.failing(self._models[name], 0.0)
+
+    def _decide(self) -> Decision:
         settings = self._settings
         decision = plan(
             self.belief,
@@ -179,15 +211,7 @@ class Exploration:
             StopRules(settings.confidence, settings.budget),
         )
         self._watcher.decides(decision)
-        if self._run is not None:
-            self._run.decision(self._robot.read().time, decision_record(decision))
-        if decision.choice is None:
-            self.stopped_because = decision.stop or ALL_FAILED
-            return
-        step = self._do(decision, self._actions[decision.choice])
-        self.steps.append(step)
-        self._note_belief()
-        self._watcher.learns(step)
+        return decision
 
     def _do(self, decision: Decision, action: Action) -> Step:
         """Do an action; what fails on the object is part of the result, what fails on the robot is raised."""

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 REACH = 8.5
 MOST_NODES = 4096
+PANEL = 3.0
+_SAMPLES = 97
 _BREAKS = np.array([-9.0, -6, -4, -3, -2, -1, 0, 1, 2, 3, 4, 6, 9])
 _X8, _W8 = np.polynomial.legendre.leggauss(8)
 
@@ -61,6 +65,48 @@ def _panels(means: np.ndarray, sds: np.ndarray, low: float, high: float) -> tupl
     edges = edges[np.append(True, np.diff(edges) > 0)]
     half = 0.5 * np.diff(edges)
     middle = 0.5 * (edges[1:] + edges[:-1])
+    return (middle[:, None] + half[:, None] * _X8).ravel(), (half[:, None] * _W8).ravel()
+
+
+def graded_nodes(
+    low: np.ndarray,
+    high: np.ndarray,
+    width: np.ndarray,
+    scale: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    knee: float = 0.0,
+    panel: float = PANEL,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return nodes and weights that are everywhere as fine as the narrowest component there asks for.
+
+    Gauss-Legendre panels of eight nodes, each as long as so many times the local scale.
+
+    Args:
+        low, high: where the components begin and end, shape (U,).
+        width: their widths, shape (U,), > 0.
+        scale: gives the local scale at places for the width of the narrowest component there.
+        knee: distance from zero within which the scale may change quickly; 0 where it does not.
+        panel: length of a panel in local scales.
+
+    Returns:
+        Nodes in ascending order and weights, each (N,).
+    """
+    samples = np.linspace(low.min(), high.max(), _SAMPLES)
+    if knee > 0:
+        first, last = np.arcsinh(samples[[0, -1]] / knee)
+        samples = np.concatenate([samples, knee * np.sinh(np.linspace(first, last, _SAMPLES))[1:-1]])
+    edges = np.sort(np.concatenate([low, high, samples]))
+    order = np.argsort(-width)
+    starts, stops = np.searchsorted(edges, low[order]), np.searchsorted(edges, high[order])
+    narrowest = np.zeros(len(edges) - 1)
+    for first, last, value in zip(starts.tolist(), stops.tolist(), width[order].tolist(), strict=True):
+        narrowest[first:last] = value
+    covered = narrowest > 0
+    safe = np.where(covered, narrowest, 1.0)
+    local = np.minimum(scale(edges[:-1], safe), scale(edges[1:], safe))
+    grown = np.concatenate([[0.0], np.cumsum(np.where(covered, np.diff(edges) / local, 0.0))])
+    count = max(int(np.ceil(grown[-1] / panel)), 1)
+    bounds = np.interp(np.linspace(0.0, grown[-1], count + 1), grown, edges)
+    half, middle = 0.5 * np.diff(bounds), 0.5 * (bounds[1:] + bounds[:-1])
     return (middle[:, None] + half[:, None] * _X8).ravel(), (half[:, None] * _W8).ravel()
 
 

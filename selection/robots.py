@@ -10,9 +10,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from dynamics.errors import InvalidInput, UnknownName
-from dynamics.gripper import LoadSpread
+from dynamics.arm import Arm
+from dynamics.errors import InvalidInput, NoRobot, PalpateError, UnknownName
+from dynamics.gripper import LoadSpread, ParallelGripper
 from dynamics.robot import Robot
+from dynamics.signals import Sample
+from dynamics.trajectory import Trajectory
 from models.robot import Revision
 
 NOISE_NAMES = ("default", "none")
@@ -31,6 +34,7 @@ class RobotRequest:
         tare: file of a tare of a real arm's torque sensors.
         load_spread: what the pads' load does in an object between a real gripper's pads, ``pad`` or ``face``.
         yes: do not ask before a real arm's first motion.
+        dry_run: only plan; a real arm is connected and checked, and never moves.
     """
 
     object_file: Path
@@ -44,6 +48,7 @@ class RobotRequest:
     tare: Path | None = None
     load_spread: LoadSpread = "pad"
     yes: bool = False
+    dry_run: bool = False
 
 
 @dataclass(frozen=True)
@@ -53,10 +58,12 @@ class OpenedRobot:
     Attributes:
         robot: what the exploration sees.
         truth: what the object really is, if it is simulated: its material, and the SI values of its properties.
+        judge: of a robot that only plans: what it has to say to a motion, if anything.
     """
 
     robot: Robot
     truth: Truth | None
+    judge: Callable[[Trajectory], None] | None = None
 
 
 @dataclass(frozen=True)
@@ -78,12 +85,29 @@ def open_robot(name: str, request: RobotRequest) -> OpenedRobot:
     """Open a robot by name.
 
     Raises:
-        UnknownName: if there is no robot of that name.
-        PalpateError: if it cannot be opened.
+        InvalidInput: if there is no robot of that name, or something about it is unusable.
+        NoRobot: if it cannot be opened.
     """
     if name not in ROBOTS:
         raise UnknownName("--robot", name, ROBOTS)
-    return ROBOTS[name](request)
+    try:
+        return ROBOTS[name](request)
+    except InvalidInput:
+        raise
+    except PalpateError as error:
+        raise NoRobot(str(error)) from error
+
+
+def simulated_at_rest(revision: Revision = "V12", vision: bool = True) -> tuple[Arm, ParallelGripper, Sample]:
+    """Return arm and gripper of the simulated robot and how it stands at the start, without a simulation."""
+    import numpy as np
+
+    from dynamics.gripper import robotiq_2f85
+    from sim.robot import start_position
+
+    arm, gripper = Arm.gen3(revision, vision), robotiq_2f85()
+    still = np.zeros(arm.nv)
+    return arm, gripper, Sample(0.0, start_position(arm), still, still, gripper.max_opening, 0.0)
 
 
 def _simulated(request: RobotRequest) -> OpenedRobot:
@@ -129,9 +153,10 @@ def _kortex(request: RobotRequest) -> OpenedRobot:
         vision=request.vision,
         gripper=robotiq_2f85(request.load_spread),
         tare=request.tare,
+        dry_run=request.dry_run,
         yes=request.yes,
     )
-    return OpenedRobot(robot, None)
+    return OpenedRobot(robot, None, robot.follow if request.dry_run else None)
 
 
 ROBOTS: dict[str, Callable[[RobotRequest], OpenedRobot]] = {"sim": _simulated, "kortex": _kortex}

@@ -11,7 +11,10 @@ from typing import TYPE_CHECKING
 from selection.arguments import WRONG_INPUT, object_file, parser, robot_request
 
 if TYPE_CHECKING:
+    from estimation.recording import Recording
     from selection.display import Lines, LiveTable, Silent
+    from selection.exploration import Exploration
+    from selection.rehearsal import StandIn
 
 FAILED = 1
 STOPPED_BY_HAND = 130
@@ -23,11 +26,11 @@ def main(arguments: list[str] | None = None) -> int:
     given = command.parse_args(arguments)
     if given.list:
         return _list()
-    from dynamics.errors import InvalidInput, MotionRefused, PalpateError
+    from dynamics.errors import InvalidInput, MotionRefused, NoRobot, PalpateError
 
     try:
         return _explore(given)
-    except (InvalidInput, MotionRefused) as error:
+    except (InvalidInput, MotionRefused, NoRobot) as error:
         print(f"{command.prog}: {error}", file=sys.stderr)
         return WRONG_INPUT
     except PalpateError as error:
@@ -47,6 +50,7 @@ def _explore(given: argparse.Namespace) -> int:
     from selection.configuration import configuration, take_up
     from selection.display import report
     from selection.exploration import Exploration, Settings
+    from selection.rehearsal import StandIn
     from selection.result import result_of
     from selection.robots import open_robot
 
@@ -59,10 +63,14 @@ def _explore(given: argparse.Namespace) -> int:
     prior = parse_prior(given.prior, network, "--prior")
     declared = read_declared(source)
     opened = open_robot(given.robot, robot_request(given, source))
-    watcher = _watcher(given.quiet)
+    watcher = _watcher(given.quiet, plain=given.dry_run)
     recorded: Path | None = None
     try:
         settings = Settings("material", given.price, given.confidence, given.budget)
+        if given.dry_run:
+            stand_in = StandIn(opened.robot, declared, opened.judge)
+            exploration = Exploration(stand_in, declared, network, prior, settings, watcher)
+            return _rehearse(exploration, stand_in, past, given.quiet)
         exploration = Exploration(opened.robot, declared, network, prior, settings, watcher)
         directory = given.resume or given.out or Path("runs") / f"{time.strftime('%Y%m%d-%H%M%S')}-{declared.name}"
         names = opened.robot.arm.joint_names
@@ -101,12 +109,27 @@ def _write_page(directory: Path) -> None:
         print(f"no report.html: {error}; try python -m selection.report {directory}", file=sys.stderr)
 
 
-def _watcher(quiet: bool) -> LiveTable | Lines | Silent:
+def _rehearse(exploration: Exploration, robot: StandIn, past: Recording | None, quiet: bool) -> int:
+    """Go through the motions of the next action in thought; tell whether it can be done."""
+    from selection.rehearsal import Rehearsed, told
+
+    if past is not None:
+        exploration.recall(past)
+    status = 0
+    for action, phases, problem in exploration.rehearse():
+        status = FAILED if problem else 0
+        if not quiet:
+            print(*told(Rehearsed(action, tuple(robot.moves), phases, problem)), sep="\n")
+        robot.moves.clear()
+    return status
+
+
+def _watcher(quiet: bool, plain: bool) -> LiveTable | Lines | Silent:
     from selection.display import Lines, LiveTable, Silent
 
     if quiet:
         return Silent()
-    return LiveTable() if sys.stdout.isatty() else Lines(sys.stdout)
+    return LiveTable() if sys.stdout.isatty() and not plain else Lines(sys.stdout)
 
 
 def _list() -> int:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -47,6 +48,18 @@ class ThesisProperty:
         """The window's bins, shape (bins,)."""
         return np.linspace(self.low, self.high, self.bins)
 
+    @cached_property
+    def densities(self) -> np.ndarray:
+        """Density of every material, and last of the joker, on the bins, shape (M + 1, bins)."""
+        known = _normal(self.grid, self.means[:, None], self.sds[:, None])
+        return np.vstack([known, np.full(self.bins, 1.0 / (self.high - self.low))])
+
+    @cached_property
+    def emulations(self) -> np.ndarray:
+        """The same convolved with the measurement error on the working window (Eq. 3.30)."""
+        error = _normal(self.grid, 0.5 * (self.low + self.high), self.noise)
+        return np.stack([np.convolve(density, error, mode="same") for density in self.densities])
+
 
 def thesis_properties(network: Network, window_sds: float = 5.0) -> tuple[ThesisProperty, ...]:
     """Return the measurable properties of a network.
@@ -71,32 +84,54 @@ def thesis_properties(network: Network, window_sds: float = 5.0) -> tuple[Thesis
     return tuple(found)
 
 
-def update(pmf: np.ndarray, prop: ThesisProperty, z: float) -> np.ndarray:
-    """Return the thesis' Bayesian update of the material (Eqs. 3.10 and 3.17).
+def update(pmf: np.ndarray, prop: ThesisProperty, z: float | np.ndarray) -> np.ndarray:
+    """Return the thesis' Bayesian update of the material (Eqs. 3.10 and 3.17), of one belief or of many.
 
     Args:
-        pmf: probabilities of the materials, the joker last where it takes part, shape (M,) or (M + 1,).
+        pmf: probabilities of the materials, the joker last where it takes part, shape (..., M) or (..., M + 1).
         prop: the property measured.
-        z: the reading.
+        z: the reading, shape (...).
     """
-    likelihood = _likelihoods(pmf, prop, np.array([z]))[0]
-    posterior = pmf * likelihood
-    return np.asarray(posterior / posterior.sum())
+    posterior = pmf * _likelihoods(pmf.shape[-1], prop, np.asarray(z))
+    return np.asarray(posterior / posterior.sum(axis=-1, keepdims=True))
 
 
 def mode_1(pmf: np.ndarray, prop: ThesisProperty, rng: np.random.Generator, samples: int = 100) -> float:
     """Return the discrete information gain of Algorithm 1 in bits: H(M) - mean over samples of H(M | z)."""
-    component = rng.choice(len(pmf), size=samples, p=pmf)
+    return float(material_gain(pmf, prop, emulated(pmf, prop, rng.random(samples), rng.standard_normal(samples))))
+
+
+def emulated(pmf: np.ndarray, prop: ThesisProperty, picks: np.ndarray, errors: np.ndarray) -> np.ndarray:
+    """Return readings drawn from the prior widened by the measurement error (section 3.3.5).
+
+    Args:
+        pmf: probabilities, shape (..., M) or (..., M + 1).
+        prop: the property.
+        picks: uniform numbers that pick the component, and the joker's place, shape (..., N).
+        errors: standard normal numbers, shape (..., N).
+    """
+    ends = np.cumsum(pmf, axis=-1) / pmf.sum(axis=-1, keepdims=True)
+    component = (picks[..., None] >= ends[..., None, :-1]).sum(axis=-1)
     known = np.minimum(component, len(prop.means) - 1)
     total = np.hypot(prop.sds, prop.noise)
-    z = np.where(
-        component < len(prop.means),
-        rng.normal(prop.means[known], total[known]),
-        rng.uniform(prop.low, prop.high, size=samples),
-    )
-    posterior = pmf * _likelihoods(pmf, prop, z)
-    posterior /= posterior.sum(axis=1, keepdims=True)
-    return _bits(pmf) - float(np.mean([_bits(row) for row in posterior]))
+    gaussian = prop.means[known] + total[known] * errors
+    if pmf.shape[-1] == len(prop.means):
+        return np.asarray(gaussian)
+    joker = np.maximum(pmf[..., -1:], 1e-300) / pmf.sum(axis=-1, keepdims=True)
+    place = np.clip((picks - ends[..., -2:-1]) / joker, 0.0, 1.0)
+    inside = prop.low + place * (prop.high - prop.low)
+    return np.asarray(np.where(component < len(prop.means), gaussian, inside))
+
+
+def material_gain(pmf: np.ndarray, prop: ThesisProperty, z: np.ndarray) -> np.ndarray:
+    """Return H(M) - mean over emulated readings of H(M | z) in bits, of one belief or of many.
+
+    Args:
+        pmf: probabilities, shape (..., M) or (..., M + 1).
+        prop: the property.
+        z: emulated readings, shape (..., N).
+    """
+    return np.asarray(_bits(pmf) - _bits(update(pmf[..., None, :], prop, z)).mean(axis=-1))
 
 
 def mode_2(pmf: np.ndarray, prop: ThesisProperty) -> float:
@@ -105,13 +140,23 @@ def mode_2(pmf: np.ndarray, prop: ThesisProperty) -> float:
     The belief f is convolved on the working window with the measurement error g (Eq. 3.30) and multiplied
     by itself (Eq. 3.31); the product is normalised, as section 3.3.6 says and Algorithm 2 leaves out.
     """
-    x = prop.grid
-    step = float(x[1] - x[0])
-    prior = _mixture(pmf, prop, x)
-    emulation = np.convolve(prior, _normal(x, 0.5 * (prop.low + prop.high), prop.noise), mode="same")
+    return float(property_gain(pmf, prop))
+
+
+def property_gain(pmf: np.ndarray, prop: ThesisProperty) -> np.ndarray:
+    """Return the differential information gain of Mode 2 in bits, of one belief or of many.
+
+    Args:
+        pmf: probabilities, shape (..., M) or (..., M + 1).
+        prop: the property.
+    """
+    step = (prop.high - prop.low) / (prop.bins - 1)
+    used = slice(pmf.shape[-1])
+    prior, emulation = pmf @ prop.densities[used], pmf @ prop.emulations[used]
     product = prior * emulation
-    prior, product = prior / (prior.sum() * step), product / (product.sum() * step)
-    return _differential(prior, step) - _differential(product, step)
+    prior = prior / (prior.sum(axis=-1, keepdims=True) * step)
+    product = product / (product.sum(axis=-1, keepdims=True) * step)
+    return np.asarray(_differential(prior, step) - _differential(product, step))
 
 
 def mode_3(pmf: np.ndarray, prop: ThesisProperty, rng: np.random.Generator, samples: int = 100) -> float:
@@ -156,34 +201,24 @@ def pmf_of(network: Network, probabilities: Mapping[str, float]) -> np.ndarray:
     return np.asarray(pmf / pmf.sum())
 
 
-def _likelihoods(pmf: np.ndarray, prop: ThesisProperty, z: np.ndarray) -> np.ndarray:
-    """Return p(z | material), shape (N, len(pmf))."""
+def _likelihoods(count: int, prop: ThesisProperty, z: np.ndarray) -> np.ndarray:
+    """Return p(z | material), the joker last where it takes part, shape (..., count)."""
     total = np.hypot(prop.sds, prop.noise)
-    found = _normal(z[:, None], prop.means, total)
-    if len(pmf) == len(prop.means):
+    found = _normal(z[..., None], prop.means, total)
+    if count == len(prop.means):
         return found
-    inside = np.full(len(z), 1.0 / (prop.high - prop.low))
-    return np.column_stack([found, inside])
-
-
-def _mixture(pmf: np.ndarray, prop: ThesisProperty, x: np.ndarray) -> np.ndarray:
-    known = len(prop.means)
-    density = _normal(x[:, None], prop.means, prop.sds) @ pmf[:known]
-    if len(pmf) > known:
-        density = density + pmf[known] / (prop.high - prop.low)
-    return np.asarray(density)
+    inside = np.full((*z.shape, 1), 1.0 / (prop.high - prop.low))
+    return np.concatenate([found, inside], axis=-1)
 
 
 def _normal(x: np.ndarray, mean: np.ndarray | float, sd: np.ndarray | float) -> np.ndarray:
     return np.asarray(np.exp(-0.5 * ((x - mean) / sd) ** 2) / (sd * math.sqrt(2 * math.pi)))
 
 
-def _bits(pmf: np.ndarray) -> float:
-    used = pmf[pmf > 0]
-    return -float(np.sum(used * np.log2(used)))
+def _bits(pmf: np.ndarray) -> np.ndarray:
+    return np.asarray(-np.sum(pmf * np.log2(np.where(pmf > 0, pmf, 1.0)), axis=-1))
 
 
-def _differential(density: np.ndarray, step: float) -> float:
+def _differential(density: np.ndarray, step: float) -> np.ndarray:
     """Return the differential entropy of Eq. 3.26 in bits."""
-    used = density[density > 0]
-    return -step * float(np.sum(used * np.log2(used)))
+    return np.asarray(-step * np.sum(density * np.log2(np.where(density > 0, density, 1.0)), axis=-1))

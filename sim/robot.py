@@ -21,15 +21,9 @@ from dynamics.robot import GripResult, SampleSink
 from dynamics.signals import Sample
 from dynamics.trajectory import Trajectory
 from models.robot import Revision
-from sim.scene import (
-    ARM_GAINS,
-    GRIPPER_DAMPING,
-    GRIPPER_STIFFNESS,
-    TIMESTEP,
-    Fidelity,
-    contact_saturation,
-    scene_mjcf,
-)
+from sim.bodies import Fidelity, prepare
+from sim.contact import TIMESTEP
+from sim.scene import ARM_GAINS, GRIPPER_DAMPING, GRIPPER_STIFFNESS, scene_mjcf
 from sim.sensors import SensorModel, Sensors
 from sim.truth import TrueObject
 
@@ -56,7 +50,7 @@ class MujocoRobot:
         truth: the object on the table.
         noise: what the sensors add.
         seed: of everything random.
-        fidelity: how the object deforms, see `sim.scene.scene_mjcf`.
+        fidelity: how the object deforms, see `sim.bodies`.
         revision, vision: which arm.
     """
 
@@ -74,8 +68,9 @@ class MujocoRobot:
         self._arm.torque_gain_sd = noise.torque_gain
         self._gripper = _described(noise, fidelity)
         self._model = mujoco.MjModel.from_xml_string(scene_mjcf(truth, self._gripper, revision, vision, fidelity))
-        _scale_contact_weight(self._model, contact_saturation(truth))
+        prepare(self._model, truth)
         self._data = mujoco.MjData(self._model)
+        self._control = self._data.ctrl
         self._sensors = Sensors(noise, np.random.default_rng(seed), self._arm.nv, SAMPLE_STEPS * TIMESTEP)
         self._sinks: list[SampleSink] = []
         self._joints = slice(0, self._arm.nv)
@@ -87,13 +82,12 @@ class MujocoRobot:
         self._crank_dofs = np.array(cranks)
         self._open_angle = self._gripper.crank_angle(self._gripper.max_opening)
         self._grip_command = self._gripper.max_opening
-        self._arm_command = solve_pose(self._arm, tool_down([0.42, 0.0, 0.38], 0.0), _ELBOW_UP)
+        self._arm_command = start_position(self._arm)
         self._data.qpos[self._joints] = self._arm_command
         mujoco.mj_forward(self._model, self._data)
         self._finger_inertia = _finger_inertia(self._model, self._data)
         self._clock_start = 0.0
-        for _ in range(round(_SETTLE / TIMESTEP)):
-            self._step()
+        self._advance(self._controls(round(_SETTLE / TIMESTEP)))
         self._clock_start = float(self._data.time)
         self._newest = self._sample(moving=False)
 
@@ -128,9 +122,12 @@ class MujocoRobot:
         if np.any(speed > self._arm.velocity_limit * _SPEED_ROUNDING):
             raise MotionRefused("the trajectory is faster than the joints can turn")
 
-        def command(elapsed: float) -> bool:
-            self._arm_command = trajectory.position(elapsed)
-            return elapsed >= trajectory.duration
+        def command(elapsed: Array) -> tuple[Array, bool]:
+            positions = trajectory.positions(elapsed)
+            self._arm_command = positions[-1]
+            controls = self._controls(len(elapsed))
+            controls[:, self._joints] = positions
+            return controls, bool(elapsed[-1] >= trajectory.duration)
 
         self._run(command, moving_gripper=False)
 
@@ -138,7 +135,8 @@ class MujocoRobot:
         """Stand still for a time."""
         if not (math.isfinite(seconds) and seconds >= 0):
             raise InvalidInput("hold: seconds", seconds, "a number >= 0")
-        self._run(lambda elapsed: elapsed >= seconds - TIMESTEP / 2, moving_gripper=False)
+        controls = self._controls(SAMPLE_STEPS)
+        self._run(lambda elapsed: (controls, bool(elapsed[-1] >= seconds - TIMESTEP / 2)), moving_gripper=False)
 
     def grip(self, opening: float, speed: float, max_effort: float = math.inf) -> GripResult:
         """Drive the gripper to an opening, or until its motor current exceeds a limit."""
@@ -152,10 +150,13 @@ class MujocoRobot:
         start = self._grip_command
         closing = opening < start
 
-        def command(elapsed: float) -> bool:
-            travel = _ramped(elapsed, abs(opening - start), speed)
-            self._grip_command = start + math.copysign(travel, opening - start)
-            return travel >= abs(opening - start)
+        def command(elapsed: Array) -> tuple[Array, bool]:
+            travels = [_ramped(float(at), abs(opening - start), speed) for at in elapsed]
+            openings = [start + math.copysign(travel, opening - start) for travel in travels]
+            self._grip_command = openings[-1]
+            controls = self._controls(len(elapsed))
+            controls[:, self._arm.nv] = [self._open_angle - gripper.crank_angle(at) for at in openings]
+            return controls, travels[-1] >= abs(opening - start)
 
         stalled = self._run(
             command, moving_gripper=True, interrupt=lambda sample: closing and sample.effort > limit
@@ -182,17 +183,24 @@ class MujocoRobot:
 
     def _run(
         self,
-        command: Callable[[float], bool],
+        command: Callable[[Array], tuple[Array, bool]],
         moving_gripper: bool,
         interrupt: Callable[[Sample], bool] | None = None,
     ) -> bool:
-        """Step until a command says it is done, sample by sample; tell whether it was interrupted."""
+        """Step until a command says it is done, sample by sample; tell whether it was interrupted.
+
+        Args:
+            command: returns, for the times since its start at the ends of the next steps [s], (SAMPLE_STEPS,), the
+                controls of these steps, (SAMPLE_STEPS, nu), and whether it is done with them.
+            moving_gripper: whether the motor current tells of force.
+            interrupt: tells whether to end after a sample.
+        """
         elapsed, done = 0.0, False
         while not done:
-            for _ in range(SAMPLE_STEPS):
-                elapsed += TIMESTEP
-                done = command(elapsed) or done
-                self._step()
+            times = np.add.accumulate([elapsed, *[TIMESTEP] * SAMPLE_STEPS])[1:]
+            elapsed = times[-1]
+            controls, done = command(times)
+            self._advance(controls)
             sample = self._sample(moving=moving_gripper)
             self._newest = sample
             for sink in self._sinks:
@@ -201,22 +209,31 @@ class MujocoRobot:
                 return True
         return False
 
-    def _step(self) -> None:
-        data = self._data
-        data.ctrl[self._joints] = self._arm_command
-        data.ctrl[self._arm.nv] = self._open_angle - self._gripper.crank_angle(self._grip_command)
-        self._velocity_before = data.qvel[self._joints].copy()
-        self._crank_speed_before = data.qvel[self._crank_dofs].mean()
-        mujoco.mj_step(self._model, data)
+    def _controls(self, count: int) -> Array:
+        """Return the controls that keep arm and gripper where they were commanded to, (count, nu)."""
+        controls = np.empty((count, self._model.nu))
+        controls[:, self._joints] = self._arm_command
+        controls[:, self._arm.nv] = self._open_angle - self._gripper.crank_angle(self._grip_command)
+        return controls
+
+    def _advance(self, controls: Array) -> None:
+        """Step once with every row of controls; what a sample needs to know of the last step is kept."""
+        model, data, control = self._model, self._data, self._control
+        for row in controls[:-1]:
+            control[:] = row
+            mujoco.mj_step(model, data)
+        control[:] = controls[-1]
+        self._velocity_before = data.qvel.copy()
+        mujoco.mj_step(model, data)
 
     def _sample(self, moving: bool) -> Sample:
         """Read the sensors after a step."""
         data = self._data
-        if any(warning.number for warning in data.warning):
+        if data.warning.number.any():
             names = [mujoco.mjtWarning(i).name for i, w in enumerate(data.warning) if w.number]
             raise SimulationError(f"MuJoCo warned at {data.time:.3f} s: {', '.join(names)}")
         velocity = data.qvel[self._joints]
-        change = velocity - self._velocity_before
+        change = velocity - self._velocity_before[self._joints]
         # The engine reports the drives' force at the start of the step but applies it, implicitly, at its end;
         # a sensor behind the gear does not feel the rotor.
         applied = data.qfrc_actuator[self._joints] - self._stiffness * TIMESTEP * velocity - self._damping * change
@@ -239,12 +256,17 @@ class MujocoRobot:
         """Return the current that the closing gripper draws for its force [A]."""
         data, gripper = self._data, self._gripper
         speed = data.qvel[self._crank_dofs].mean()
-        change = speed - self._crank_speed_before
+        change = speed - self._velocity_before[self._crank_dofs].mean()
         drive = data.actuator_force[self._arm.nv] - GRIPPER_STIFFNESS * TIMESTEP * speed - GRIPPER_DAMPING * change
         drive -= self._finger_inertia * change / TIMESTEP
         force = gripper.pad_force(float(drive), self._opening())
         friction = self._sensors.model.grip_friction
         return max(force - friction, 0.0) / gripper.force_per_ampere
+
+
+def start_position(arm: Arm) -> Array:
+    """Return the joint positions in which the simulated arm starts: elbow up, over the table [rad], (nv,)."""
+    return solve_pose(arm, tool_down([0.42, 0.0, 0.38], 0.0), _ELBOW_UP)
 
 
 def _described(noise: SensorModel, fidelity: Fidelity) -> ParallelGripper:
@@ -283,10 +305,3 @@ def _finger_inertia(model: mujoco.MjModel, data: mujoco.MjData) -> float:
     names = [f"{side}_{part}_joint" for side in ("left", "right") for part in ("crank", "pad")]
     fingers = np.array([model.joint(name).dofadr[0] for name in names])
     return float(mass[np.ix_(fingers, fingers)].sum())
-
-
-def _scale_contact_weight(model: mujoco.MjModel, shortfall: float) -> None:
-    """Make up for what the contact law cannot reach, on the bodies of the soft object."""
-    if shortfall > 1:
-        nodes = np.unique(model.flex_nodebodyid if model.nflexnode else model.flex_vertbodyid)
-        model.body_invweight0[nodes] /= shortfall

@@ -1,33 +1,24 @@
-"""The simulated world as MJCF: the one robot description, a table, a soft object, and what drives the joints.
+"""The simulated world as MJCF: the one robot description, a table, an object, and what drives the joints.
 
 The settings were found by measurement on MuJoCo 4.0: the ``discrete`` integrator is the one that integrates
-soft-body elasticity implicitly; a contact law scaled to the object keeps its apparent stiffness independent of
-its mass, because MuJoCo normalises contact stiffness by mass.
+soft-body elasticity implicitly; what the object is made of stands in `sim.bodies`.
 """
 
 from __future__ import annotations
 
-import math
 import xml.etree.ElementTree as ET
-from typing import Literal
 
 from dynamics.gripper import ParallelGripper
 from models.robot import Revision, gen3_mjcf
+from sim.bodies import Fidelity, add_object
+from sim.contact import TIMESTEP
 from sim.truth import TrueObject
 
-Fidelity = Literal["uniform", "indentation"]
-
-TIMESTEP = 0.002  # s
 TABLE_SIZE = (1.2, 1.6, 0.04)  # m, full lengths; its top is at z = 0, the arm's mounting face
 ARM_GAINS = {"large": (2000.0, 100.0, 105.0), "small": (500.0, 50.0, 52.0)}  # N m/rad, N m s/rad, N m
 GRIPPER_STIFFNESS = 1000.0  # N m/rad, of the drive that holds the fingers where they are
 GRIPPER_DAMPING = 10.0  # N m s/rad
 MAX_GRIP_FORCE = 70.0  # N
-
-_CELLS: dict[Fidelity, int] = {"uniform": 1, "indentation": 2}
-_POINTS = 4  # grid points of the soft body along an edge
-_SKIN = 1e-4  # m, radius of its vertices
-_CONTACT_RATIO = 300.0  # contact stiffness over the object's own
 
 
 def scene_mjcf(
@@ -37,14 +28,13 @@ def scene_mjcf(
     vision: bool = True,
     fidelity: Fidelity = "uniform",
 ) -> str:
-    """Return the MJCF of the robot at its table with an object on it.
+    """Return the MJCF of the robot at its table with an object on it; a compiled model needs `sim.bodies.prepare`.
 
     Args:
         truth: the object.
         gripper: gives the lever of the grip force.
         revision, vision: which arm.
-        fidelity: ``uniform`` is a block that is compressed evenly whatever the pads' size, for which theory is
-            exact; ``indentation`` lets pads smaller than the face sink in.
+        fidelity: how the object deforms, see `sim.bodies`.
     """
     root = ET.fromstring(gen3_mjcf(revision, vision, "2f85"))
     root.set("model", "palpate")
@@ -61,7 +51,7 @@ def scene_mjcf(
     _add_looks(root)
     world = _child(root, "worldbody")
     _add_table(world)
-    world.append(soft_box(truth, fidelity))
+    add_object(root, truth, fidelity)
     base = _child(world, "body[@name='base_link']")
     for body in base.iter("body"):
         # The controller knows the weight of arm and gripper; what compensates it counts as the joints' torque.
@@ -73,79 +63,6 @@ def scene_mjcf(
         _child(base, f".//geom[@name='{pad}']").set("friction", f"{truth.friction} 0.005 0.0001")
     _add_drives(root, gripper)
     return ET.tostring(root, encoding="unicode")
-
-
-def soft_box(truth: TrueObject, fidelity: Fidelity) -> ET.Element:
-    """Return a soft block standing on the table, as a trilinear flex."""
-    spacing = [(edge - 2 * _SKIN) / (_POINTS - 1) for edge in truth.size]
-    x, y = truth.declared.position
-    half_yaw = truth.declared.yaw / 2
-    cells = _CELLS[fidelity]
-    block = ET.Element(
-        "flexcomp",
-        name="object",
-        type="grid",
-        dim="3",
-        count=f"{_POINTS} {_POINTS} {_POINTS}",
-        spacing=" ".join(map(repr, spacing)),
-        radius=repr(_SKIN),
-        mass=repr(truth.mass),
-        dof="trilinear",
-        cellcount=f"{cells} {cells} {cells}",
-        pos=f"{x} {y} {truth.size[2] / 2 + _SKIN}",
-        quat=f"{math.cos(half_yaw)} 0 0 {math.sin(half_yaw)}",
-        rgba="0.93 0.63 0.18 1",
-    )
-    ET.SubElement(
-        block,
-        "elasticity",
-        young=repr(truth.young_modulus),
-        poisson=repr(truth.poisson),
-        damping=repr(truth.damping),
-    )
-    time_constant, impedance = contact_law(truth)
-    ET.SubElement(
-        block,
-        "contact",
-        selfcollide="none",
-        condim="3",
-        friction=f"{truth.friction} 0.005 0.0001",
-        solref=f"{time_constant} 1",
-        solimp=f"{impedance} {impedance} 0.001",
-        priority="2",
-        contype="1",
-        conaffinity="7",
-    )
-    return block
-
-
-def contact_law(truth: TrueObject) -> tuple[float, float]:
-    """Return the contact's time constant [s] and impedance [-] that make it stiff against the object.
-
-    MuJoCo's contact stiffness is m d / ((1 - d) (d T)^2); it is set to a multiple of the block's own, E A / h,
-    by the smallest impedance d whose time constant T the integrator can follow (T >= 2 time steps).
-    """
-    length, width, height = truth.size
-    stiffness = _CONTACT_RATIO * truth.young_modulus * max(width * height / length, length * height / width)
-    time_constant, impedance = 0.0, 0.9
-    for impedance in (0.9, 0.99, 0.999, 0.9999):
-        time_constant = math.sqrt(truth.mass * impedance / (1 - impedance) / stiffness) / impedance
-        if time_constant >= 2 * TIMESTEP:
-            break
-    return max(time_constant, 2 * TIMESTEP), impedance
-
-
-def contact_saturation(truth: TrueObject) -> float:
-    """Return by how much the stiffest contact falls short of the wanted one, >= 1 where it does.
-
-    For a light and stiff object even the largest impedance is too soft at this time step; scaling the
-    object's inverse weight in the contact solver by the inverse of this number restores the ratio.
-    """
-    time_constant, impedance = contact_law(truth)
-    length, width, height = truth.size
-    wanted = _CONTACT_RATIO * truth.young_modulus * max(width * height / length, length * height / width)
-    reached = truth.mass * impedance / (1 - impedance) / (impedance * time_constant) ** 2
-    return wanted / reached
 
 
 def _add_drives(root: ET.Element, gripper: ParallelGripper) -> None:

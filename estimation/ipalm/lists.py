@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from dynamics.errors import InvalidInput
-from estimation.foreign_units import parse_unit
 from estimation.measurement import Measurement
+from estimation.units import parse_unit
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def to_measurement(
         notes.append(f"{where}: left out: its unit is unknown ({units!r})"[:200])
         return None
     try:
-        unit = parse_unit(units, where)
+        unit = parse_unit(units, where, repair=True)
         measurement = Measurement(name, unit.to_si(number), unit.to_si(deviation), unit.si)
     except InvalidInput as error:
         notes.append(f"{where}: left out: {error}"[:300])

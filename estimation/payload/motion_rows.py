@@ -12,12 +12,51 @@ from numpy.typing import NDArray
 from dynamics.arm import Arm
 from dynamics.errors import InvalidInput
 from estimation.payload.derivatives import smooth
-from estimation.readers.csv import JointLog
+from estimation.recording.data import Recording
 
 Array = NDArray[np.float64]
 
 BLOCK = 0.05  # s over which both sides of the model are averaged, so that white noise of the drives matters less
 SLOW = 0.02  # rad/s below which Coulomb friction changes sign gradually
+
+
+@dataclass(frozen=True)
+class JointLog:
+    """A recorded motion.
+
+    Attributes:
+        time: [s], increasing, (N,).
+        q: joint positions [rad], (N, nv).
+        effort: torque [N m] or motor current [A], (N, nv).
+        effort_kind: which of the two.
+        dq: velocities where recorded [rad/s], (N, nv).
+    """
+
+    time: Array
+    q: Array
+    effort: Array
+    effort_kind: Literal["torque", "current"]
+    dq: Array | None = None
+
+    @classmethod
+    def of(cls, recording: Recording) -> JointLog:
+        """Return the joint signals of a recording; of rows with one time, the first.
+
+        Raises:
+            InvalidInput: if it holds neither torques nor currents of the joints.
+        """
+        samples = recording.samples
+        if not np.all(np.isfinite(samples.tau)):
+            raise InvalidInput(
+                f"{recording.source}", "no torques of the joints", "tau, or current in a column map"
+            )
+        first = np.diff(samples.time, prepend=-np.inf) > 0
+        kept = (samples.time[first], samples.q[first], samples.tau[first])
+        dq = samples.dq[first] if recording.has_velocities else None
+        return cls(*kept, recording.drive_effort, dq)
+
+    def __len__(self) -> int:
+        return len(self.time)
 
 
 @dataclass(frozen=True)

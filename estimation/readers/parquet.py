@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from dynamics.arm import Arm
 from dynamics.errors import InvalidInput
-from estimation.readers.mapping import SI, LogMap
+from estimation.readers.mapping import LogMap
 from estimation.readers.signals import RawSignals, pick_columns, to_recording
 from estimation.recording.data import Recording
 
@@ -35,18 +35,16 @@ def read_parquet(path: Path, mapping: LogMap, arm: Arm | None = None) -> Recordi
         with pq.ParquetFile(path) as file:
             if file.metadata.num_rows > MAX_ROWS:
                 raise InvalidInput(f"{path}", f"{file.metadata.num_rows} rows", f"{MAX_ROWS} rows at most")
+            names = list(file.schema_arrow.names)
+            mapping = mapping.named(names, f"{path}")
             columns, labels = _read(file, mapping)
     except (pa.ArrowException, OSError, ValueError, MemoryError, OverflowError) as error:
         raise InvalidInput(f"{path}", str(error), "a Parquet file") from None
-    return to_recording(path, RawSignals(pick_columns(path, columns, mapping), labels=labels), mapping, arm)
+    return to_recording(path, RawSignals(pick_columns(path, columns, mapping, names), labels=labels), mapping, arm)
 
 
 def _read(file: Any, mapping: LogMap) -> tuple[dict[str, NDArray[np.float64]], list[str] | None]:
-    wanted: list[str] = []
-    for signal in SI:
-        column = mapping.column(signal)
-        stems = (column,) if isinstance(column, str) else column
-        wanted += [n for n in file.schema_arrow.names if any(n == s or n.startswith(s) for s in stems)]
+    wanted = [name for name in file.schema_arrow.names if mapping.wants(name)]
     phase = mapping.column("phase")
     labelled = phase in file.schema_arrow.names
     names = [*dict.fromkeys(wanted), *([str(phase)] if labelled else [])]

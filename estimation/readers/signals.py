@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from dynamics.arm import Arm
 from dynamics.errors import InvalidInput, UnknownName
 from estimation.readers.detect import check_angles, find_torque_sign
-from estimation.readers.mapping import JOINT_SIGNALS, SI, LogMap
+from estimation.readers.mapping import DECLARED_ONLY, JOINT_SIGNALS, SI, LogMap
 from estimation.recording.data import Mark, Recording, Rejections, Samples
 
 Array = NDArray[np.float64]
 
 # What no arm or gripper of this size reports: beyond it a number is damage, not a reading.
-LIMITS = {"time": 1e11, "q": 1e4, "dq": 1e3, "tau": 1e4, "opening": 10.0, "effort": 1e3}
+LIMITS = {"time": 1e11, "q": 1e4, "dq": 1e3, "tau": 1e4, "current": 1e3, "opening": 10.0, "effort": 1e3}
 SHOWN = 5  # reasons kept of the rejected rows
 
 
@@ -77,12 +77,17 @@ def to_recording(source: Path, raw: RawSignals, mapping: LogMap, arm: Arm | None
         raise InvalidInput(f"{source}", f"no usable row{first}", "a log with at least one")
     notes = list(raw.notes)
     check_angles(source, signals, declared="q" in mapping.units or raw.units_are_si)
-    if "tau" in signals:
+    currents = signals.pop("current", None)
+    if currents is not None:
+        signals["tau"] = currents * (-1 if mapping.torque_sign == -1 else 1)
+        notes.append("joint torques are not known, but motor currents [A]")
+    elif "tau" in signals:
         sign = find_torque_sign(source, signals, arm, mapping.torque_sign, -1 if raw.kortex else 1)
         if sign == -1:
             signals["tau"] = -signals["tau"]
             notes.append("the sign of the torques was reversed: the log holds reactions (torque_sign = -1)")
-    if "dq" not in signals:
+    has_velocities = "dq" in signals
+    if not has_velocities:
         signals["dq"] = _differences(signals["time"], signals["q"])
         notes.append("velocities were derived from positions")
     missing = np.full(count, np.nan)
@@ -100,30 +105,44 @@ def to_recording(source: Path, raw: RawSignals, mapping: LogMap, arm: Arm | None
         samples=samples,
         marks=() if labels is None else _marks(labels),
         joint_names=names,
+        drive_effort="torque" if currents is None else "current",
+        has_velocities=has_velocities,
         rejections=rejections,
         notes=tuple(notes),
     )
 
 
-def pick_columns(source: Path, columns: Mapping[str, Array], mapping: LogMap) -> dict[str, Array]:
+def pick_columns(
+    source: Path, columns: Mapping[str, Array], mapping: LogMap, names: Sequence[str] = ()
+) -> dict[str, Array]:
     """Return the signals of a table by the column map; a stem takes its numbered columns.
+
+    Args:
+        source: named in messages.
+        columns: those that may be wanted.
+        mapping: which is what.
+        names: of all columns there are, for messages.
 
     Raises:
         UnknownName: if the map names a column that is not there.
     """
     signals = {}
     for signal in SI:
+        if signal in DECLARED_ONLY and signal not in mapping.columns:
+            continue
+        if signal == "tau" and "current" in mapping.columns:
+            continue
         wanted = mapping.column(signal)
         if isinstance(wanted, str) and wanted in columns:
             values = columns[wanted]
             signals[signal] = values[:, None] if signal in JOINT_SIGNALS and values.ndim == 1 else values
             continue
-        names: list[str] = list(wanted) if isinstance(wanted, tuple) else _numbered(wanted, columns)
-        if signal in JOINT_SIGNALS and names and all(name in columns for name in names):
-            signals[signal] = np.column_stack([columns[name] for name in names])
+        listed = list(wanted) if isinstance(wanted, tuple) else _numbered(wanted, columns)
+        if signal in JOINT_SIGNALS and listed and all(name in columns for name in listed):
+            signals[signal] = np.column_stack([columns[name] for name in listed])
         elif signal in mapping.columns:
-            lost = [name for name in names if name not in columns] or [str(wanted)]
-            raise UnknownName(f"{source}: column of {signal}", lost[0], list(columns)[:40])
+            lost = [name for name in listed if name not in columns] or [str(wanted)]
+            raise UnknownName(f"{source}: column of {signal}", lost[0], list(names or columns)[:40])
     return signals
 
 

@@ -7,11 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynamics.arm import Arm
 from dynamics.errors import InvalidInput
-from estimation.readers.mapping import SI, LogMap
+from estimation.readers.mapping import LogMap
 from estimation.readers.signals import SHOWN, RawSignals, pick_columns, to_recording
 from estimation.recording.data import Recording, Rejections
 
@@ -22,7 +21,7 @@ DELIMITERS = (",", ";", "\t", " ")
 
 
 def read_text(path: Path, mapping: LogMap, arm: Arm | None = None) -> Recording:
-    """Return the recording of a text file; without a line of names its columns are called 0, 1, 2 ...
+    """Return the recording of a text file; its columns go by their names in the first line, or by number from 0.
 
     Raises:
         InvalidInput: if it is no table of numbers, or columns are missing.
@@ -30,11 +29,9 @@ def read_text(path: Path, mapping: LogMap, arm: Arm | None = None) -> Recording:
     try:
         with open(path, encoding="utf-8-sig", errors="replace", newline=None) as file:
             lines = _lines(iter(lambda: file.readline(LONGEST_LINE), ""))
-            columns, labels, places, rejections = _read(path, lines, mapping)
+            raw = _read(path, lines, mapping)
     except OSError as error:
         raise InvalidInput(f"{path}", error.strerror or str(error), "a text file") from None
-    signals = pick_columns(path, columns, mapping)
-    raw = RawSignals(signals, labels=labels, places=places, rejections=rejections)
     return to_recording(path, raw, mapping, arm)
 
 
@@ -46,21 +43,20 @@ def _lines(lines: Iterator[str]) -> Iterator[tuple[int, str]]:
             yield number, text
 
 
-def _read(
-    path: Path, lines: Iterator[tuple[int, str]], mapping: LogMap
-) -> tuple[dict[str, NDArray[np.float64]], list[str] | None, NDArray[np.int64], Rejections]:
+def _read(path: Path, lines: Iterator[tuple[int, str]], mapping: LogMap) -> RawSignals:
     first = next(lines, None)
     if first is None:
         raise InvalidInput(f"{path}", "no lines", "a table of numbers")
-    delimiter = max(DELIMITERS, key=lambda one: (first[1].count(one), one == ","))
+    delimiter = mapping.delimiter or max(DELIMITERS, key=lambda one: (first[1].count(one), one == ","))
     cells = _split(first[1], delimiter)
     headed = not all(_is_number(cell) for cell in cells)
-    names = cells if headed else [str(n) for n in range(len(cells))]
-    if len(names) > MAX_COLUMNS:
-        raise InvalidInput(f"{path}", f"{len(names)} columns", f"{MAX_COLUMNS} at most")
+    if len(cells) > MAX_COLUMNS:
+        raise InvalidInput(f"{path}", f"{len(cells)} columns", f"{MAX_COLUMNS} at most")
+    names = _distinct(cells) if headed else [str(n) for n in range(len(cells))]
+    mapping = mapping.named(names, f"{path}")
     phase = mapping.column("phase")
     label_at = names.index(phase) if isinstance(phase, str) and phase in names else -1
-    wanted = [n for n, name in enumerate(names) if n != label_at and _is_wanted(name, mapping)]
+    wanted = [n for n, name in enumerate(names) if n != label_at and mapping.wants(name)]
     numbers, places = array("d"), array("q")
     labels: list[str] = []
     rejected = 0
@@ -89,11 +85,14 @@ def _read(
         places.append(number)
         if label_at >= 0:
             labels.append(parts[label_at])
-    table = np.frombuffer(numbers).reshape(len(places), len(wanted)) if len(places) else np.empty((0, len(wanted)))
+    table = np.frombuffer(numbers).reshape(len(places), -1) if numbers else np.empty((len(places), len(wanted)))
     columns = {names[n]: table[:, at] for at, n in enumerate(wanted)}
-    told = Rejections(rejected, tuple(reasons))
-    line_numbers = np.frombuffer(places, np.int64) if len(places) else np.empty(0, np.int64)
-    return columns, labels if label_at >= 0 else None, line_numbers, told
+    return RawSignals(
+        pick_columns(path, columns, mapping, names),
+        labels=labels if label_at >= 0 else None,
+        places=np.array(places, np.int64),
+        rejections=Rejections(rejected, tuple(reasons)),
+    )
 
 
 def _again(first: tuple[int, str], rest: Iterator[tuple[int, str]]) -> Iterator[tuple[int, str]]:
@@ -114,11 +113,11 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _is_wanted(name: str, mapping: LogMap) -> bool:
-    """Tell whether a column may be needed: one that is named, or belongs to a stem that is."""
-    for signal in SI:
-        column = mapping.column(signal)
-        stems = (column,) if isinstance(column, str) else column
-        if any(name == stem or (isinstance(column, str) and name.startswith(stem)) for stem in stems):
-            return True
-    return False
+def _distinct(names: list[str]) -> list[str]:
+    """Return names of columns of which none stands twice: the later ones bear their number."""
+    seen: set[str] = set()
+    distinct = []
+    for n, name in enumerate(names):
+        distinct.append(f"{name} (column {n})" if name in seen else name)
+        seen.add(name)
+    return distinct

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -149,6 +149,9 @@ class Recording:
         object_name: what was explored, where it is known.
         started: when the run began, in universal time, where it is known.
         joint_names: in the order of the columns; empty when unknown.
+        drive_effort: what ``samples.tau`` holds: torques [N m], or the motor currents [A] of drives that report no
+            torque.
+        has_velocities: whether the log had them; else they were derived from the positions.
         complete: whether the recording was closed properly.
         clock: the robot's own time of every sample, where it began anew during the run [s], (N,).
         rejections: rows that could not be used.
@@ -165,6 +168,8 @@ class Recording:
     object_name: str = ""
     started: str = ""
     joint_names: tuple[str, ...] = ()
+    drive_effort: Literal["torque", "current"] = "torque"
+    has_velocities: bool = True
     complete: bool = True
     clock: Array | None = None
     rejections: Rejections = Rejections()

@@ -131,6 +131,7 @@ def _squeeze(state: _State, phases: Sequence[Phase], edge: int) -> Result:
         (size[edge], size[1 - edge], size[2]),
         phases,
         size_sd=(sd[edge], sd[1 - edge], sd[2]),
+        fill=state.size.fill,
     )
     bound = () if estimate.bound is None else (f"stiffer than can be told: elasticity >= {estimate.bound:.3g} Pa",)
     return measurements, bound

@@ -2,54 +2,39 @@
 
 from __future__ import annotations
 
-import tomllib
-from pathlib import Path
+from collections.abc import Sequence
 
 from dynamics.arm import Arm
 from dynamics.errors import InvalidInput
-from estimation.readers import LogMap
-from estimation.readers.csv import ColumnMap, JointLog, read_csv
-from estimation.recording import Recording, Rejections
+from estimation.recording import Recording, Samples
 from estimation.reestimation.again import Redone
+from estimation.reestimation.episodes import find_holds, find_squeezes
 
 LEAST_HOLDS = 2  # stands from which a log is weighed by them and not by its motion
-SHOWN = 5  # reasons told of the rejected lines
 
 
-def read_map(path: str) -> LogMap | ColumnMap:
-    """Return the column map of a file, of either form: in tables, or flat with numbers of columns.
+def is_motion(recording: Recording) -> bool:
+    """Tell whether a log can only be weighed by its motion: no marks, no stands, no squeezes."""
+    if recording.marks:
+        return False
+    if recording.drive_effort == "current":
+        return True
+    return not _stands(recording.samples) and not find_squeezes(recording.samples)
 
-    Raises:
-        InvalidInput: if it is neither.
-    """
+
+def _stands(samples: Samples) -> bool:
     try:
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InvalidInput(f"column map {path}", str(error), "a TOML file") from None
-    if table and not {"columns", "units", "options"} & set(table):
-        return ColumnMap.from_table(table, f"column map {path}")
-    return LogMap.from_tables(table, f"column map {path}")
+        return len(find_holds(samples)) >= LEAST_HOLDS
+    except InvalidInput:
+        return False
 
 
-def read_motion(path: Path, columns: ColumnMap) -> tuple[JointLog, Rejections]:
-    """Read a log by a flat map; return it, and what was rejected."""
-    log = read_csv(path, columns)
-    told = tuple(f"line {number}: {why}" for number, why in log.rejected[:SHOWN])
-    return log, Rejections(len(log.rejected), told)
-
-
-def as_joint_log(recording: Recording) -> JointLog:
-    """Return a recording's joint signals; its torques are torques."""
-    s = recording.samples
-    return JointLog(s.time, s.q, s.tau, "torque", s.dq)
-
-
-def weigh_motion(arm: Arm, log: JointLog, tares: list[JointLog], drives: str = "") -> Redone:
+def weigh_motion(arm: Arm, recording: Recording, tares: Sequence[Recording], drives: str = "") -> Redone:
     """Estimate the payload of a motion.
 
     Args:
         arm: the arm.
-        log: with the payload.
+        recording: with the payload.
         tares: without one, to calibrate the drives by; not needed with ``drives``.
         drives: file of a calibration (``python -m estimation.calibrate``).
 
@@ -59,15 +44,16 @@ def weigh_motion(arm: Arm, log: JointLog, tares: list[JointLog], drives: str = "
     from estimation.payload.drives import Drives
     from estimation.payload.drives_fit import calibrate_drives
     from estimation.payload.motion import estimate_payload_motion
-    from estimation.payload.motion_rows import motion_rows
+    from estimation.payload.motion_rows import JointLog, motion_rows
 
+    log = JointLog.of(recording)
     if drives:
         calibrated = Drives.from_file(drives)
     elif tares:
-        calibrated = calibrate_drives(arm, [motion_rows(arm, tare) for tare in tares])
+        calibrated = calibrate_drives(arm, [motion_rows(arm, JointLog.of(tare)) for tare in tares])
     else:
-        found = f"an arm that moves, {log.effort_kind} and no calibration"
-        raise InvalidInput("log", found, "options --drives FILE, or --tare LOG without a payload")
+        found = f"an arm that moves, with a {log.effort_kind} of its joints and no calibration"
+        raise InvalidInput(f"{recording.source}", found, "options --drives FILE, or --tare LOG without a payload")
     payload = estimate_payload_motion(motion_rows(arm, log), calibrated)
     low, high = payload.mass_interval
     notes = (payload.verdict, f"95 % interval of the mass: {low:.4g} to {high:.4g} kg")

@@ -6,19 +6,13 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from dynamics.arm import Arm
-from dynamics.errors import InvalidInput
 from estimation.measurement import Measurement
 from estimation.readers import LogMap, read_log
-from estimation.readers.csv import ColumnMap, JointLog
-from estimation.recording import Recording, Samples
 from estimation.reestimation.again import Reestimate, change_in_sds, matched, reestimate
 from estimation.reestimation.batch import Request
 from estimation.reestimation.description import arm_named, known_of
-from estimation.reestimation.episodes import find_holds
-from estimation.reestimation.motion import LEAST_HOLDS, as_joint_log, read_map, read_motion, weigh_motion
+from estimation.reestimation.motion import is_motion, weigh_motion
 
 SAME = 1e-9  # relative difference up to which a number is the recorded one
 
@@ -29,12 +23,8 @@ def report_of(log: Path, request: Request) -> Mapping[str, Any]:
     Raises:
         PalpateError: if it can not be read or estimated.
     """
-    mapping = read_map(request.mapping) if request.mapping else LogMap()
+    mapping = LogMap.from_file(request.mapping) if request.mapping else LogMap()
     arm = arm_named(request.robot, request.tool_frame) if request.robot else None
-    if isinstance(mapping, ColumnMap) and log.is_file():
-        return _motion_report(log, request, mapping, arm or Arm.gen3())
-    if isinstance(mapping, ColumnMap):
-        mapping = LogMap()
     if arm is None and not (log / "run.mcap").exists() and log.suffix != ".mcap":
         arm = Arm.gen3()
     recording = read_log(log, mapping, arm)
@@ -43,38 +33,10 @@ def report_of(log: Path, request: Request) -> Mapping[str, Any]:
         recording = read_log(log, mapping, arm)
     known = known_of(recording.config, arm, request.reference, request.object_file)
     tares = [read_log(Path(path), mapping, known.arm) for path in request.tares]
-    if not recording.marks and (request.drives or tares) and not _stands(recording.samples):
-        empty = [as_joint_log(tare) for tare in tares]
-        moved = weigh_motion(known.arm, as_joint_log(recording), empty, request.drives)
+    if is_motion(recording):
+        moved = weigh_motion(known.arm, recording, tares, request.drives)
         return report(log, Reestimate(recording, (moved,), None, {}, recording.notes))
     return report(log, reestimate(recording, known, tares))
-
-
-def _motion_report(log: Path, request: Request, columns: ColumnMap, arm: Arm) -> Mapping[str, Any]:
-    """Return the report of a log by a flat map, whose efforts may be motor currents."""
-    motion, rejections = read_motion(log, columns)
-    tares = [read_motion(Path(path), columns)[0] for path in request.tares]
-    samples = _samples(motion)
-    recording = Recording(log, samples, joint_names=arm.joint_names, rejections=rejections)
-    if motion.effort_kind == "torque" and not request.drives and _stands(samples):
-        empty = [Recording(Path(path), _samples(tare)) for path, tare in zip(request.tares, tares, strict=True)]
-        return report(log, reestimate(recording, known_of({}, arm), empty))
-    moved = weigh_motion(arm, motion, tares, request.drives)
-    return report(log, Reestimate(recording, (moved,), None, {}, ()))
-
-
-def _samples(log: JointLog) -> Samples:
-    """Return the samples of a log; its efforts stand for torques, whatever their unit."""
-    dq = log.dq if log.dq is not None else np.gradient(log.q, log.time, axis=0)
-    missing = np.full(len(log), np.nan)
-    return Samples(log.time, log.q, dq, log.effort, missing, missing)
-
-
-def _stands(samples: Samples) -> bool:
-    try:
-        return len(find_holds(samples)) >= LEAST_HOLDS
-    except InvalidInput:
-        return False
 
 
 def report(log: Path, again: Reestimate) -> Mapping[str, Any]:
@@ -139,7 +101,10 @@ def lines(report: Mapping[str, Any], compare: bool) -> Iterator[str]:
         old = report["recorded_belief"].get(variable)
         if compare and old:
             yield f"  {'':9} was {_best(old)}"
-    if compare:
+    known = [one["recorded"] for action in report["actions"] for one in action["measurements"]]
+    if compare and not any(known) and not report["recorded_belief"]:
+        yield "  nothing was recorded at the time to compare with"
+    elif compare:
         count = changes(report)
         yield "  nothing changed" if count == 0 else f"  {count} numbers changed"
 

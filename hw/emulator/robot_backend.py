@@ -36,14 +36,20 @@ class RobotBackend:
 
     Args:
         robot: what is behind the server; its arm and its gripper move one at a time.
-        clock: gives the time [s].
+        clock: gives the time [s]; one that runs faster than the wall's makes a faster robot.
+        sleep: waits for a time on that clock [s].
 
     Attributes:
         lag: how far the robot was ever behind the clock [s].
     """
 
-    def __init__(self, robot: Robot, clock: Callable[[], float] = time.monotonic) -> None:
-        self._robot, self._clock = robot, clock
+    def __init__(
+        self,
+        robot: Robot,
+        clock: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        self._robot, self._clock, self._sleep = robot, clock, sleep
         self._sample = robot.read()
         self._lock = threading.Condition()
         self._task: Callable[[], object] | None = None
@@ -136,7 +142,7 @@ class RobotBackend:
         """Wait until a sample's time has come; in the robot's thread."""
         early = sample.time - self._ahead - self._clock()
         if early > 0:
-            time.sleep(early)
+            self._sleep(early)
         self.lag = max(self.lag, -early)
         if early < -LAG:
             self._ahead = sample.time - self._clock()

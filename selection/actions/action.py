@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from dynamics.objects import Shape
 from dynamics.robot import Robot
+from dynamics.shapes import Shape
 from dynamics.signals import Phase
 from estimation.measurement import Measurement
 from estimation.network import Network

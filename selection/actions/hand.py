@@ -16,12 +16,12 @@ from dynamics.objects import DeclaredObject
 from dynamics.robot import GripResult, Robot
 from dynamics.signals import Sample
 from dynamics.trajectory import time_path
+from selection.actions.reach import closing_edge, grasp_height
 from selection.tape import Tape
 
 Array = NDArray[np.float64]
 
 GATE_HEIGHT = 0.16  # m of the pads over the object's top where every approach begins
-OPENING_MARGIN = 0.004  # m that the gripper must open beyond the object
 GRIP_EFFORT = 0.3  # A at which a grasp is tight
 GRIP_STRAIN = 0.35  # compression of a soft object at which a grasp is tight enough
 PROBE_STEP = 0.0015  # m that the gripper closes to feel whether something is still between the pads
@@ -30,8 +30,6 @@ PATH_SPEED = 0.6  # share of the arm's speed and acceleration limits
 LINE_SPEED = 0.35
 _TABLE = Box("table", (1.6, 1.6, 0.04), shifted(0.0, 0.0, -0.02))
 _SAME = 1e-6  # rad: a motion of less is none
-_TOP_CLEARANCE = 0.002  # m between the object's top and the end of the cranks
-_PAD_CLEARANCE = 0.004  # m between the fingertips and the table
 
 
 class Hand:
@@ -50,15 +48,13 @@ class Hand:
         self.robot, self.declared, self.tape = robot, declared, tape
         self._q = robot.read().q.copy()
         self._rest = self._q
-        self.edge, turn = _graspable_edge(robot, declared)
+        self.edge, turns = closing_edge(robot.gripper, declared)
         self.width = declared.size[self.edge]
         gripper = robot.gripper
         free = (_TABLE, declared.box())
         self._free = Workspace(robot.arm, free, self._rest)
         depth = gripper.pad_depth(self.width) - gripper.tool_depth
-        # Not so low that the fingertips touch the table, nor that a tall object gets between the cranks.
-        top = declared.size[2] - gripper.pad_height + _TOP_CLEARANCE
-        self._height = max(declared.size[2] / 2, top, gripper.pad_length / 2 + _PAD_CLEARANCE)
+        self._height = grasp_height(gripper, declared, self.edge)
         held = shifted(0.0, 0.0, depth + self._height - declared.size[2] / 2)
         # The carried box is a little smaller, so that it may stand on the table.
         size = (declared.size[self.edge], declared.size[1 - self.edge], declared.size[2])
@@ -66,7 +62,7 @@ class Hand:
         self._laden = Workspace(robot.arm, (_TABLE,), self._rest, carried)
         self._is_laden = False
         x, y = declared.position
-        self.grasp_pose, self._gate = self._reachable(x, y, depth, turn)
+        self.grasp_pose, self._gate = self._reachable(x, y, depth, turns)
 
     def gate(self) -> None:
         """Go to the place above the object where every approach begins."""
@@ -239,19 +235,3 @@ def _residual(arm: Arm, samples: Sequence[Sample]) -> Array:
     q = np.mean([s.q for s in samples], axis=0)
     residual: Array = np.mean([s.tau for s in samples], axis=0) - arm.gravity(q)
     return residual
-
-
-def _graspable_edge(robot: Robot, declared: DeclaredObject) -> tuple[int, tuple[float, ...]]:
-    """Return which horizontal edge the pads close on, and the turns of the tool from the object that do so."""
-    limit = robot.gripper.max_opening - OPENING_MARGIN
-    fitting = [edge for edge in (1, 0) if declared.size[edge] + 2 * declared.size_sd <= limit]
-    if not fitting:
-        raise InvalidInput(
-            f"{declared.source}: size_m",
-            list(declared.size),
-            f"a width or depth of at most {limit - 2 * declared.size_sd:.4f} m: the gripper opens "
-            f"{robot.gripper.max_opening} m",
-        )
-    edge = min(fitting, key=lambda e: declared.size[e])
-    turns = (0.0, math.pi, -math.pi) if edge == 1 else (math.pi / 2, -math.pi / 2)
-    return edge, turns

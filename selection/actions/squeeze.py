@@ -94,6 +94,7 @@ class Squeeze:
             (size[edge], size[1 - edge], size[2]),
             readings.phases,
             size_sd=(sd[edge], sd[1 - edge], sd[2]),
+            fill=readings.size.fill,
         )
         if estimate.bound is None:
             return Findings(measurements)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.compression import StressStrain, geometry_of, stress_strain
+from dynamics.compression import StressStrain, stress_strain
 from dynamics.errors import PalpateError
 from dynamics.signals import JointReadings, Phase
 from estimation.belief import Belief
@@ -216,14 +216,15 @@ class _State:
         size, sd = self.size.mean, self.size.sd
         extents = (size[edge], size[1 - edge], size[2])
         spread = (sd[edge], sd[1 - edge], sd[2])
-        estimate, _ = measure_squeeze(gripper, declared.shape, extents, phases, size_sd=spread)
+        estimate, _ = measure_squeeze(
+            gripper, declared.shape, extents, phases, size_sd=spread, fill=self.size.fill
+        )
         air, _ = air_current([phase.gripper() for phase in phases if phase.name == "air"], gripper)
         quantum = gripper.opening_quantum if quantum_of(opening_grid(phases)) > 0 else 0.0
         closing = [phase.gripper() for phase in phases if phase.name in ("close", "compress")]
         locked = locked_current([phase.gripper() for phase in phases if phase.name == "dwell"])
         opening, effort, _ = closing_readings(closing, quantum, locked)
-        geometry = geometry_of(declared.shape, extents, gripper)
-        curve = stress_strain(gripper.force_per_ampere * (effort - air), opening, geometry)
+        curve = stress_strain(gripper.force_per_ampere * (effort - air), opening, estimate.geometry)
         cycles = [p.gripper() for p in phases if p.name in ("close", "compress", "dwell", "release") and p.samples]
         series = (np.concatenate([getattr(c, name) for c in cycles]) for name in ("time", "opening", "effort"))
         return Analysis(squeezing=Squeezing(curve, estimate, *series))

@@ -14,10 +14,10 @@ from estimation.belief import Belief
 from estimation.measurement import Measurement
 from estimation.mixture import Mixture
 from estimation.network import UNKNOWN
-from selection.log_density import log_columns
 from selection.reporting.document import Figure
 from selection.reporting.drawing import SMALL, Sheet, drawing
 from selection.reporting.palette import LIGHT
+from selection.reporting.reading_curve import reading_density
 from selection.reporting.text import labelled, listed, name_of, plain, quantity, unit_of
 
 Array = NDArray[np.float64]
@@ -132,8 +132,8 @@ def _promised(
         key=lambda c: (c.name == UNKNOWN, shades.get(c.name, MUTED) == MUTED, -c.weight),
     )
     for one in drawn:
-        curve = _promised_density(one.part, reading, x) * scale
-        height = float(_promised_density(one.part, reading, at_mean)[0]) * (float(at_mean[0]) if log else 1.0)
+        curve = reading_density(one.part, x, reading.sd) * scale
+        height = float(reading_density(one.part, at_mean, reading.sd)[0]) * (float(at_mean[0]) if log else 1.0)
         colour = SOFT if one.name == UNKNOWN else shades.get(one.name, MUTED)
         if one.name == UNKNOWN:
             axes.plot(x * factor, curve, color=SOFT, linewidth=1.2, linestyle=(0, (4, 2)))
@@ -234,14 +234,6 @@ def _range(classes: list[_Class], reading: Measurement) -> tuple[float, float, b
             return least / 1.1, high * 1.1, True
         return max(low, 0.0), high, False
     return (low, high, False) if high > low else (low - 1.0, low + 1.0, False)
-
-
-def _promised_density(part: Mixture, reading: Measurement, z: Array) -> Array:
-    """Return the density of what a sensor would read of a mixture: its values plus N(0, sd^2) noise, (N,)."""
-    if part.scale == "log":
-        columns = log_columns(part.means, part.sds**2, z, reading.sd, 0.0)
-        return np.asarray(columns @ part.weights)
-    return np.asarray(replace(part, sds=np.hypot(part.sds, reading.sd)).density(z))
 
 
 def _classes(belief: Belief, quantity_name: str) -> list[_Class]:

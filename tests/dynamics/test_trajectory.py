@@ -199,3 +199,11 @@ def test_path_that_is_none(arm, start):
 def test_no_trajectory(time, q):
     with pytest.raises(InvalidInput, match="trajectory"):
         Trajectory(np.array(time), q)
+
+
+def test_positions_at_several_times_are_those_at_each(arm, start):
+    trajectory = time_path(arm, random_joint_path(arm, np.random.default_rng(4), start), 0.6)
+    times = np.concatenate([trajectory.time, np.random.default_rng(5).uniform(0, 1.1 * trajectory.duration, 200)])
+    np.testing.assert_array_equal(trajectory.positions(times), [trajectory.position(t) for t in times])
+    still = Trajectory(np.zeros(1), start[None])
+    np.testing.assert_array_equal(still.positions(times), [still.position(t) for t in times])

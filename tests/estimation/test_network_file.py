@@ -118,7 +118,7 @@ BROKEN: dict[str, tuple[Callable[[dict[str, Any]], None], str]] = {
     "weight": (_set("unknown", "weight", 1.0), "weight"),
     "parent": (_set("properties", "density", "parent", "shape"), "shape"),
     "scale": (_set("properties", "density", "scale", "cubic"), "cubic"),
-    "unit": (_set("properties", "density", "unit", "stone"), "stone"),
+    "unit": (_set("properties", "density", "unit", "lump"), "lump"),
     "no unit": (lambda content: content["properties"]["density"].pop("unit"), "unit"),
     "sd": (_set("properties", "density", "classes", "a", "sd", 0), "sd: found 0"),
     "nan": (_set("properties", "density", "classes", "a", "mean", float("nan")), "mean: found nan"),

@@ -297,7 +297,7 @@ def test_arrays_that_declare_more_than_there_is_take_no_memory(tmp_path: Path) -
     [
         ("[column]\n", "columns, units, options"),
         ("[columns]\nangle = 'q'\n", "time, q, dq"),
-        ("[columns]\nq = 3\n", "a column"),
+        ("[columns]\nq = 3.5\n", "a column"),
         ("[columns]\ntime = ['a', 'b']\n", "a column"),
         ("[units]\nq = 'kg'\n", "converted to rad"),
         ("[units]\ntau = 'furlong parsec'\n", "N m"),

@@ -1,4 +1,4 @@
-"""A run that is killed at a random moment keeps everything it announced, and all but the last samples.
+"""A run that is killed at a random moment keeps what it announced and all but the last samples, and can go on.
 
 Started as a script, this file is the victims' parent: it forks writers that announce what they have written, and
 kills them. Forking from a process of its own keeps the threads of the test runner out of it.
@@ -101,6 +101,13 @@ def test_a_kill_costs_half_a_second_of_samples_and_nothing_announced(tmp_path: P
         assert found[:measured] == [1.0 + n for n in range(measured)]
         assert len(list((directory / "measurements").glob("*-mass.json"))) >= measured
         lost.append(newest + 1 - len(samples))
+        with RunWriter.resume(directory) as run:
+            run.decision(0.0, {"number": "resumed"})
+        resumed = read_recording(directory)
+        assert resumed.measurements[: len(recording.measurements)] == recording.measurements
+        assert [entry.data for entry in resumed.decisions[:-1]] == [entry.data for entry in recording.decisions]
+        assert resumed.decisions[-1].data["number"] == "resumed"
+        assert np.array_equal(resumed.samples.q, samples.q)
     assert max(lost) <= LOSS * RATE
 
 

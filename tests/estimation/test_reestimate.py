@@ -18,6 +18,7 @@ from estimation.recording import Recording, RunWriter, Samples, read_recording
 from estimation.reestimate import main
 from estimation.reestimation import Known, arm_named, describe, known_of, reestimate
 from estimation.reestimation.again import matched
+from estimation.reestimation.batch import Request, estimate_all
 from estimation.squeezing import measure_squeeze
 from estimation.weighing import measure_weighing
 
@@ -277,6 +278,22 @@ def test_the_command_line(
     first, second = json.loads(capsys.readouterr().out)
     assert first["actions"] == second["actions"]
     assert [m["property"] for a in first["actions"] for m in a["measurements"]] == ["mass", "elasticity", "width"]
+
+
+def test_a_dask_cluster_comes_to_the_same(
+    tmp_path: Path, told: tuple[Story, dict[str, Sequence[Measurement]]]
+) -> None:
+    distributed = pytest.importorskip("distributed")
+    story, measured = told
+    runs = [record(tmp_path / "runs" / name, story, measured) for name in "ab"]
+    (tmp_path / "bad.npz").write_bytes(b"nothing")
+    logs, counts = [*runs, tmp_path / "bad.npz"], []
+    options = {"n_workers": 1, "threads_per_worker": 1, "processes": False, "dashboard_address": None}
+    with distributed.LocalCluster(**options) as cluster:
+        there = estimate_all(logs, Request(), scheduler=cluster.scheduler_address, told=counts.append)
+    assert there == estimate_all(logs, Request(), workers=1)
+    assert counts == [1, 2, 3]
+    assert "bad.npz" in there[2]["error"]
 
 
 def test_a_bad_log_costs_itself_only(

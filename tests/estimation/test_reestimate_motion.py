@@ -1,6 +1,7 @@
 """Logs of an arm that moves all the time, by the command line."""
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,12 @@ from dynamics.arm import Arm
 from estimation.reestimate import main
 
 MASS = 2.0  # kg
-MAP = "time = 0\nq = [1, 2, 3, 4, 5, 6]\ndq = [7, 8, 9, 10, 11, 12]\ntorque = [13, 14, 15, 16, 17, 18]\n"
+MAP = """[columns]
+time = 0
+q = [1, 2, 3, 4, 5, 6]
+dq = [7, 8, 9, 10, 11, 12]
+tau = [13, 14, 15, 16, 17, 18]
+"""
 
 
 def write_motion(path: Path, arm: Arm, mass: float, seed: int) -> Path:
@@ -52,3 +58,27 @@ def test_a_moving_arm_is_weighed_by_its_drives(tmp_path: Path, capsys: pytest.Ca
     assert mass["now"]["sd"] < 0.2 * MASS
     assert main([str(load), *options]) == 2
     assert "--tare" in capsys.readouterr().err
+
+
+UR10E = Path(os.environ.get("PALPATE_DATA", "/nonexistent")) / "ur10e"
+
+
+@pytest.mark.skipif(not UR10E.is_dir(), reason="set PALPATE_DATA to the folder that holds ur10e/")
+def test_a_real_log_of_currents(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """2.805 kg, by drives that other runs and the description of the arm calibrate."""
+    (tmp_path / "map.toml").write_text(MAP.replace("tau", "current"))
+    empty = [UR10E / f"{name}.csv" for name in ("ur-20_02_12-50sec_12harm", "ur-20_02_19_14harm50sec")]
+    tares = [option for log in empty for option in ("--tare", str(log))]
+    arguments = [
+        "--map",
+        str(tmp_path / "map.toml"),
+        "--robot",
+        str(UR10E / "ur10e.urdf"),
+        "--tool-frame",
+        "tool0",
+    ]
+    assert main([str(UR10E / "ur-20_02_19_14harm50secLoad.csv"), *tares, *arguments, "--json"]) == 0
+    (report,) = json.loads(capsys.readouterr().out)
+    (mass,) = report["actions"][0]["measurements"]
+    assert abs(mass["now"]["mean"] - 2.805) < 2 * mass["now"]["sd"]
+    assert any("currents" in note for note in report["notes"])

@@ -1,3 +1,4 @@
+import dataclasses
 import math
 
 import numpy as np
@@ -103,3 +104,12 @@ def test_between_its_steps_the_opening_is_known_better():
     readings = GripperReadings(np.round(true / quantum) * quantum, np.zeros(60), time)
     raw = np.std(readings.opening - true)
     assert np.std(between_steps(readings) - true) < raw / 2
+
+
+def test_where_contact_is_left_open_there_is_no_width(monkeypatch):
+    phases = made(1e6, FACE)
+    known, measurements = measure_squeeze(FACE, "box", CUBE, phases)
+    assert [m.property for m in measurements] == ["elasticity", "width"]
+    nowhere = dataclasses.replace(known, young_modulus=math.nan, sd=math.inf, bound=5e5, onset_sd=math.inf)
+    monkeypatch.setattr("estimation.squeezing._estimate", lambda *_: nowhere)
+    assert measure_squeeze(FACE, "box", CUBE, phases) == (nowhere, ())

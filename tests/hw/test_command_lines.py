@@ -174,7 +174,7 @@ DRIVER = """
 """
 
 
-@pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGINT, -2)])
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, -2)])
 def test_a_signal_stops_the_arm(emulator, number, status):
     command = [sys.executable, "-c", textwrap.dedent(DRIVER), str(emulator.tcp_port), str(emulator.udp_port)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as driver:

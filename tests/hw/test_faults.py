@@ -65,6 +65,7 @@ def suffer(fault, error, tmp_path, match="", backend=None, **settings):
     ("fault", "error", "match"),
     [
         ("silence", FeedbackLost, "no feedback for 0.25 s"),
+        ("loss=1", FeedbackLost, "no feedback for 0.25 s"),
         ("fault=joint2:0x20", ArmFault, "joint 2 MAXIMUM_TORQUE"),
         ("fault=base:0x8000", ArmFault, "MINIMUM_VOLTAGE"),
         ("estop", EmergencyStopped, "EMERGENCY_STOP_ACTIVATED"),
@@ -143,15 +144,21 @@ def test_limit_exceeded_by_a_load(limits, match, tmp_path):
 
 
 @pytest.mark.parametrize("when", ["from the start", "on its way"])
-def test_stuck_gripper(when):
+def test_stuck_gripper(when, tmp_path):
     with serving() as emulator, driving(emulator) as robot:
         robot.grip(0.08, 0.1, 1.0)
         emulator.inject("stuck-gripper" if when == "from the start" else "stuck-gripper@0.3")
         time.sleep(0.05)
-        began = time.monotonic()
-        with pytest.raises(GripperStuck, match="presses on nothing"):
-            robot.grip(0.02, 0.05, 1.0)
-        assert time.monotonic() - began < 0.3 + DEADLINE
+        with RunWriter.create(tmp_path / "run", {}, "nothing", robot.arm.joint_names) as run:
+            robot.listen(run.sample)
+            began = time.monotonic()
+            with pytest.raises(GripperStuck, match="presses on nothing"):
+                robot.grip(0.02, 0.05, 1.0)
+            assert time.monotonic() - began < 0.3 + DEADLINE
+        at_rest(emulator)
+    samples = read_recording(tmp_path / "run").samples
+    assert len(samples.time) > 30
+    assert samples.opening[-1] > 0.05
 
 
 def test_wrong_revision():

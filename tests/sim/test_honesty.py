@@ -110,7 +110,7 @@ def test_declared_part_holds_nothing_of_the_truth(tmp_path):
         path = objects.locate(name)
         truth = read_truth(path)
         declared = dataclasses.asdict(read_declared(path))
-        assert set(declared) == {"name", "shape", "size", "size_sd", "position", "yaw", "source"}
+        assert set(declared) == {"name", "shape", "size", "size_sd", "position", "yaw", "source", "mesh"}
         text = path.read_text(encoding="utf-8")
         blind = tmp_path / path.name
         blind.write_text(text.split("[truth]")[0], encoding="utf-8")

@@ -8,7 +8,8 @@ import pytest
 
 from dynamics.gripper import robotiq_2f85
 from models.robot import gen3_mjcf
-from sim.scene import TABLE_SIZE, TIMESTEP, contact_law, contact_saturation, scene_mjcf
+from sim.contact import TIMESTEP, contact_law, contact_saturation
+from sim.scene import TABLE_SIZE, scene_mjcf
 from tests.sim.objects import CORNERS, EDGE, block
 
 GRID = [(young, mass) for young in (5e3, 1e4, 1e5, 1e6) for mass in (0.004, 0.02, 0.1, 0.3, 1.0)]

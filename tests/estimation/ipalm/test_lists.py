@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dynamics.errors import InvalidInput
-from estimation.foreign_units import SI_UNITS
 from estimation.ipalm import MeasuredObject, from_list, to_list
 from estimation.measurement import Measurement
+from estimation.units import SI_UNITS
 
 LISTING_2 = """[{"object_name": "item", "object_id": "1", "measurements": [
   {"name": "density", "value": {"sigma": 1000, "mean": 7337.799079987667, "units": "kg.^{-3}"}},

@@ -14,8 +14,8 @@ from estimation.calibrate import main
 from estimation.payload.drives import Drives
 from estimation.payload.drives_fit import calibrate_drives
 from estimation.payload.motion import estimate_payload_motion
-from estimation.payload.motion_rows import motion_rows
-from estimation.readers.csv import ColumnMap, JointLog, read_csv
+from estimation.payload.motion_rows import JointLog, motion_rows
+from estimation.readers import LogMap, read_log
 
 GAIN = np.array([9.0, 12.0, 10.0, 8.0, 8.0, 7.0])  # N m/A
 COULOMB, VISCOUS = np.array([8, 9, 5, 2, 2, 1.5]), np.array([9, 9, 6, 2, 2, 1.5])
@@ -161,18 +161,18 @@ def write(path, log):
 
 def test_command_line_refuses_in_one_line(tmp_path, capsys, true_arm):
     columns, bad = tmp_path / "map.toml", tmp_path / "bad.toml"
-    columns.write_text("time = 0\nq = [1,2,3,4,5,6]\ncurrent = [7,8,9,10,11,12]\n")
+    columns.write_text("[columns]\ntime = 0\nq = [1,2,3,4,5,6]\ncurrent = [7,8,9,10,11,12]\n")
     bad.write_text("time = 0\n")
     short = record(true_arm, 0)
     short = JointLog(short.time[:200], short.q[:200], short.effort[:200], "current")
     log = write(tmp_path / "log.csv", short)
-    given = ["--columns", str(columns), "--unloaded", log]
+    given = ["--map", str(columns), "--unloaded", log]
     for arguments in (
         ["--robot", "hal", *given],
-        ["--robot", "ur5", "--columns", str(columns), "--unloaded", str(tmp_path / "none.csv")],
+        ["--robot", "ur5", "--map", str(columns), "--unloaded", str(tmp_path / "none.csv")],
         ["--robot", str(tmp_path / "x.urdf"), *given],
         ["--robot", "gen3", *given],
-        ["--robot", "ur5", "--columns", str(bad), "--unloaded", log],
+        ["--robot", "ur5", "--map", str(bad), "--unloaded", log],
         ["--robot", "ur5", *given, "--mass", "2.0"],
         ["--robot", "ur5", *given, "--gain", "a,b"],
         ["--robot", "ur5", *given, "--output", str(tmp_path / "no" / "where.json")],
@@ -185,11 +185,11 @@ def test_command_line_refuses_in_one_line(tmp_path, capsys, true_arm):
 
 def test_command_line_calibrates_and_checks(tmp_path, capsys, true_arm):
     columns = tmp_path / "map.toml"
-    columns.write_text("time = 0\nq = [1,2,3,4,5,6]\ncurrent = [7,8,9,10,11,12]\n")
+    columns.write_text("[columns]\ntime = 0\nq = [1,2,3,4,5,6]\ncurrent = [7,8,9,10,11,12]\n")
     names = [write(tmp_path / f"{i}.csv", record(true_arm, i, p)) for i, p in enumerate((None, None, BODY))]
     output = tmp_path / "drives.json"
     runs = ["--unloaded", *names[:2], "--reference", names[2], "--mass", str(MASS), "--check", names[2]]
-    assert main(["--robot", "ur5", "--columns", str(columns), *runs, "--output", str(output)]) == 0
+    assert main(["--robot", "ur5", "--map", str(columns), *runs, "--output", str(output)]) == 0
     printed = capsys.readouterr().out
     assert "shoulder_lift_joint" in printed
     low, high = Drives.from_file(output).gain[1:3] * [0.97, 1.03]
@@ -200,14 +200,18 @@ def test_command_line_calibrates_and_checks(tmp_path, capsys, true_arm):
 
 
 UR10E = Path(os.environ.get("PALPATE_DATA", "/nonexistent")) / "ur10e"
-COLUMNS = {"time": 0, "q": list(range(1, 7)), "dq": list(range(7, 13)), "current": list(range(13, 19))}
+COLUMNS = {"time": 0, "q": tuple(range(1, 7)), "dq": tuple(range(7, 13)), "current": tuple(range(13, 19))}
 
 
 @pytest.mark.skipif(not UR10E.is_dir(), reason="set PALPATE_DATA to the folder that holds ur10e/")
 def test_real_logs_of_a_ur10e():
-    arm, columns = Arm.from_urdf(UR10E / "ur10e.urdf", "tool0"), ColumnMap.from_table(COLUMNS)
+    arm = Arm.from_urdf(UR10E / "ur10e.urdf", "tool0")
+
+    def read(name):
+        return JointLog.of(read_log(UR10E / f"{name}.csv", LogMap(COLUMNS), arm))
+
     names = ["ur-20_02_12-50sec_12harm", "ur-20_02_19_14harm50sec", "ur-20_02_19_14harm50secLoad"]
-    first, second, loaded = (motion_rows(arm, read_csv(UR10E / f"{name}.csv", columns)) for name in names)
+    first, second, loaded = (motion_rows(arm, read(name)) for name in names)
     drives = calibrate_drives(arm, [first, second], [loaded], 2.805)
     found = estimate_payload_motion(loaded, drives)
     assert found.mass_interval[0] < 2.805 < found.mass_interval[1]
@@ -218,7 +222,7 @@ def test_real_logs_of_a_ur10e():
     held_out = calibrate_drives(arm, [first], [loaded], 2.805)
     assert abs(estimate_payload_motion(second, held_out).mass) < 0.1
     # half of the loaded run, its gains from the other half
-    log = read_csv(UR10E / f"{names[2]}.csv", columns)
+    log = read(names[2])
     half = len(log) // 2
     parts = [
         motion_rows(arm, JointLog(log.time[s], log.q[s], log.effort[s], log.effort_kind, log.dq[s]))

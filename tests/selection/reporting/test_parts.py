@@ -8,14 +8,17 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy import special
 
 from estimation.belief import Belief
 from estimation.measurement import Measurement
+from estimation.mixture import Mixture
 from estimation.network import Network
 from selection.reporting.belief_figures import change, gains
-from selection.reporting.density_figures import _classes, _promised_density
+from selection.reporting.density_figures import _classes
 from selection.reporting.drawing import Sheet, drawing
 from selection.reporting.palette import DARK, LIGHT, SERIES, colours
+from selection.reporting.reading_curve import reading_density
 from selection.reporting.story import Score
 from selection.reporting.text import clean, interval, number, percent, quantity, seconds, slug
 
@@ -174,7 +177,7 @@ def test_classes_that_nobody_believes_are_counted_together():
 def test_the_dots_are_the_likelihoods(reference, reading):
     belief = Belief(Network.from_file(reference))
     heights = {
-        one.name: float(_promised_density(one.part, reading, np.array([reading.mean]))[0])
+        one.name: float(reading_density(one.part, np.array([reading.mean]), reading.sd)[0])
         for one in _classes(belief, reading.property)
     }
     total = sum(heights.values())
@@ -182,3 +185,16 @@ def test_the_dots_are_the_likelihoods(reference, reading):
     for name, height in heights.items():
         # The belief is conditioned to first order on the log scale, the curves are drawn exactly.
         assert height / total == pytest.approx(after[name], abs=0.03)
+
+
+@pytest.mark.parametrize("spread", [0.02, 0.3, 1.5, 4.0])
+@pytest.mark.parametrize("sd", [1e-3, 0.1, 1.0, 5.0])
+def test_density_of_a_reading_against_a_plain_sum(spread, sd):
+    part = Mixture(np.array([0.4]), np.array([math.log(2.0)]), np.array([spread]), "log", "kg")
+    z = np.array([-1.0, 0.01, 0.5, 1.0, 2.0, 3.5, 8.0])
+    # Evenly in probability, so that nothing of the quadrature under test is in it.
+    u = (np.arange(400_000) + 0.5) / 400_000
+    x = 2.0 * np.exp(spread * special.ndtri(u))
+    plain = 0.4 * np.exp(-0.5 * ((z[:, None] - x) / sd) ** 2).mean(axis=1) / (sd * math.sqrt(2 * math.pi))
+    found = reading_density(part, z, sd)
+    assert found == pytest.approx(plain, rel=0.01, abs=1e-3 * float(plain.max()))
