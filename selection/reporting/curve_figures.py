@@ -22,7 +22,6 @@ MOST_LINES = 16
 MOST_INTERVALS = 60
 MARKED = 12  # points of a line up to which each is marked
 ROW = 0.235  # inches
-_NEEDED = ("rate", "low", "high")
 
 
 @dataclass(frozen=True)
@@ -134,22 +133,27 @@ def intervals(name: str, title: str, rows: Sequence[Interval], axis: str = "Rate
 
 
 def intervals_of(table: ResultTable) -> tuple[Interval, ...]:
-    """Return the rates of a table with columns ``rate``, ``low``, ``high``, and perhaps ``thesis`` (C/W/D)."""
-    names = [column.lower().split(" [")[0] for column in table.columns]
-    if not all(name in names for name in _NEEDED):
+    """Return the rates of a table: of a column ``rate...`` that ``low`` and ``high`` follow.
+
+    Words before it that differ between rows name the rows; the thesis' own counts are in a column ``thesis...``.
+    """
+    names = [column.lower() for column in table.columns]
+    ends = zip(names, names[1:], names[2:], strict=False)
+    at = next((i for i, (a, b, c) in enumerate(ends) if a.startswith("rate") and (b, c) == ("low", "high")), None)
+    if at is None:
         return ()
-    at = {name: names.index(name) for name in _NEEDED}
-    words = [i for i in range(min(at.values())) if all(_is_word(row[i]) for row in table.rows)]
+    words = [i for i in range(at) if all(_is_word(row[i]) for row in table.rows)]
     varied = [i for i in words if len({row[i] for row in table.rows}) > 1]
-    thesis = next((i for i, name in enumerate(names) if name == "thesis"), None)
+    thesis = next((i for i, name in enumerate(names) if name.startswith("thesis")), None)
     found = []
     for row in table.rows:
-        value, low, high = (row[at[name]] for name in _NEEDED)
-        if all(isinstance(v, int | float) and math.isfinite(v) for v in (value, low, high)):
+        numbers = [cell for cell in row[at : at + 3] if isinstance(cell, int | float) and 0 <= cell <= 1]
+        if len(numbers) == 3:
             group = str(row[varied[0]]) if len(varied) > 1 else ""
             label = ", ".join(str(row[i]) for i in (varied[1:] if len(varied) > 1 else varied))
             printed = _share(row[thesis]) if thesis is not None else None
-            found.append(Interval(group, label, float(value or 0), float(low or 0), float(high or 0), printed))
+            value, low, high = map(float, numbers)
+            found.append(Interval(group, label, value, low, high, printed))
     return tuple(found)
 
 

@@ -37,7 +37,8 @@ def write_experiment_report(
 
     Args:
         directory: of the experiment; made if it is not there.
-        tables: in the order of the page; columns ``rate``, ``low`` and ``high`` are drawn too, next to ``thesis``.
+        tables: in the order of the page; a column ``rate...`` before ``low`` and ``high`` is drawn too, next to
+            one of ``thesis...``.
         curves: those of one figure share a plot, and one label has one colour throughout.
         title: the heading.
         lead: what the experiment found, in a sentence or two.
