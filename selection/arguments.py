@@ -53,6 +53,18 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--robot", default="sim", metavar="sim|kortex", help="which robot explores")
     made.add_argument("--revision", choices=("V12", "BRAKES"), default="V12", help="hardware of the arm")
     made.add_argument("--no-vision", action="store_true", help="the arm has no vision module")
+    made.add_argument(
+        "--vision",
+        default="default",
+        metavar="default|none|FILE.json",
+        help="what the camera sees: drawn by the reference's confusion matrix, nothing, or as a file says",
+    )
+    made.add_argument("--lookahead", action="store_true", help="plan two steps ahead where that is worthwhile")
+    made.add_argument(
+        "--save-as",
+        metavar="NAME",
+        help="keep an object that is no listed material as one, in a copy of the reference",
+    )
     made.add_argument("--resume", type=Path, metavar="DIR", help="go on with an interrupted run")
     made.add_argument(
         "--dry-run", action="store_true", help="plan and check the next action; move and write nothing"

@@ -16,7 +16,9 @@ from dynamics.gripper import LoadSpread, ParallelGripper
 from dynamics.robot import Robot
 from dynamics.signals import Sample
 from dynamics.trajectory import Trajectory
+from estimation.network import CATEGORY, MATERIAL, Network
 from models.robot import Revision
+from selection.eyes import Senses, drawn_senses
 
 NOISE_NAMES = ("default", "none")
 
@@ -58,12 +60,15 @@ class OpenedRobot:
     Attributes:
         robot: what the exploration sees.
         truth: what the object really is, if it is simulated: its material, and the SI values of its properties.
+        senses: gives the classifiers that come with it, for a reference; a simulated one answers by the truth,
+            through the confusion matrices of the reference.
         judge: of a robot that only plans: what it has to say to a motion, if anything.
     """
 
     robot: Robot
     truth: Truth | None
     judge: Callable[[Trajectory], None] | None = None
+    senses: Callable[[Network], Senses] = lambda network: {}
 
 
 @dataclass(frozen=True)
@@ -72,11 +77,13 @@ class Truth:
 
     Attributes:
         material: the name of its material, or ``unknown``.
+        category: the name of its category, or ``unknown``.
         properties: SI values by name.
         units: SI units by name.
     """
 
     material: str
+    category: str
     properties: Mapping[str, float]
     units: Mapping[str, str]
 
@@ -126,6 +133,7 @@ def _simulated(request: RobotRequest) -> OpenedRobot:
         raise InvalidInput("--noise", request.noise, f"{', '.join(NOISE_NAMES)}, or a TOML file")
     told = Truth(
         material=truth.material,
+        category=truth.category,
         properties={
             "mass": truth.mass,
             "density": truth.density,
@@ -136,7 +144,8 @@ def _simulated(request: RobotRequest) -> OpenedRobot:
         units={"mass": "kg", "density": "kg/m^3", "elasticity": "Pa", "friction": "1", "volume": "m^3"},
     )
     robot = MujocoRobot(truth, noise, request.seed, revision=request.revision, vision=request.vision)
-    return OpenedRobot(robot, told)
+    classes = {MATERIAL: truth.material, CATEGORY: truth.category}
+    return OpenedRobot(robot, told, senses=lambda network: drawn_senses(network, classes, request.seed))
 
 
 def _kortex(request: RobotRequest) -> OpenedRobot:
@@ -156,7 +165,7 @@ def _kortex(request: RobotRequest) -> OpenedRobot:
         dry_run=request.dry_run,
         yes=request.yes,
     )
-    return OpenedRobot(robot, None, robot.follow if request.dry_run else None)
+    return OpenedRobot(robot, None, judge=robot.follow if request.dry_run else None)
 
 
 ROBOTS: dict[str, Callable[[RobotRequest], OpenedRobot]] = {"sim": _simulated, "kortex": _kortex}

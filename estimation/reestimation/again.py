@@ -13,6 +13,7 @@ from dynamics.signals import Phase
 from estimation.belief import Belief
 from estimation.conclude import conclude
 from estimation.measurement import Measurement
+from estimation.observation import Observation
 from estimation.recording import Recording
 from estimation.reestimation.description import Known
 from estimation.reestimation.episodes import (
@@ -74,7 +75,7 @@ def reestimate(recording: Recording, known: Known, tares: Sequence[Recording] = 
         InvalidInput: if a log without marks has nothing in it that can be measured.
     """
     notes = [*recording.notes, *known.notes]
-    state = _State(known)
+    state = _State(known, tuple(one.observation for one in recording.observations))
     done = []
     if recording.marks:
         for episode in episodes_of(recording):
@@ -90,8 +91,8 @@ def reestimate(recording: Recording, known: Known, tares: Sequence[Recording] = 
 class _State:
     """What is known so far, as in an exploration."""
 
-    def __init__(self, known: Known) -> None:
-        self.known = known
+    def __init__(self, known: Known, observed: tuple[Observation, ...] = ()) -> None:
+        self.known, self.observed = known, observed
         self.size = None if known.declared is None else SizeEstimate.declared(known.declared)
         self.measured: list[Measurement] = []
 
@@ -105,7 +106,7 @@ class _State:
     def belief(self) -> Belief | None:
         if self.known.blank is None or self.size is None:
             return None
-        return conclude(self.known.blank, self.size, self.measured)
+        return conclude(self.known.blank, self.size, self.measured, self.observed)
 
 
 Result = tuple[Sequence[Measurement], tuple[str, ...]]
