@@ -83,6 +83,7 @@ def parser() -> argparse.ArgumentParser:
         help="keep pictures of a simulated run in it (default: unless --quiet)",
     )
     made.add_argument("--video", type=_video, metavar="FILE.webp|gif|png", help="write a film of a simulated run")
+    made.add_argument("--no-report", action="store_true", help="write no report.html, figures and tables")
     made.add_argument("--list", action="store_true", help="list objects and references, and end")
     made.add_argument("--quiet", action="store_true", help="print nothing but errors")
     real = made.add_argument_group("for --robot kortex")

@@ -76,6 +76,7 @@ def _explore(given: argparse.Namespace) -> int:
     declared = read_declared(source)
     opened = open_robot(given.robot, robot_request(given, source))
     watcher = _watcher(given.quiet, plain=given.dry_run)
+    recorded: Path | None = None
     try:
         settings = Settings("material", given.price, given.confidence, given.budget, given.lookahead)
         actions = repertoire(chosen_senses(opened.senses(network), eyes, given.vision, not given.no_vision))
@@ -92,6 +93,7 @@ def _explore(given: argparse.Namespace) -> int:
             run = RunWriter.create(directory, configuration(given, source, opened.robot), declared.name, names)
         else:
             run = RunWriter.resume(directory, names)
+        recorded = None if given.no_report else directory
         with run, closing(sights):
             exploration.record(run)
             exploration.on_phase(sights.phase)
@@ -109,11 +111,23 @@ def _explore(given: argparse.Namespace) -> int:
     finally:
         watcher.close()
         opened.robot.close()
+        if recorded is not None:
+            _write_page(recorded)
     if not given.quiet:
         report(exploration, opened.truth, directory, sys.stdout)
         if given.save_as is not None:
             print(_kept(given.save_as, saved))
     return 0
+
+
+def _write_page(directory: Path) -> None:
+    """Write the page of a run, however it ended; the run itself is on disk already."""
+    try:
+        from selection.reporting import write_run_report
+
+        write_run_report(directory)
+    except Exception as error:  # whatever is wrong with a page must not make a run look failed
+        print(f"no report.html: {error}; try python -m selection.report {directory}", file=sys.stderr)
 
 
 def _rehearse(exploration: Exploration, robot: StandIn, past: Recording | None, quiet: bool) -> int:

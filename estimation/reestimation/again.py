@@ -166,7 +166,7 @@ def _measure(state: _State, episode: Episode, phases: Sequence[Phase], unused: b
         for one in recorded:  # a kind without samples, such as a look: its word is taken
             state.take(one, 0)
         return Redone(episode.action, recorded, recorded, ("measurements taken over: not made from samples",))
-    edge = _closing_edge(state.known, phases)
+    edge = closing_edge(state.known, phases)
     try:
         measurements, notes = kind(state, phases, edge)
     except PalpateError as error:
@@ -180,8 +180,8 @@ def _measure(state: _State, episode: Episode, phases: Sequence[Phase], unused: b
     return Redone(episode.action, tuple(measurements), recorded, notes)
 
 
-def _closing_edge(known: Known, phases: Sequence[Phase]) -> int:
-    """Return the edge of the object that the pads close on: as recorded, or the nearer to the tool's y axis."""
+def closing_edge(known: Known, phases: Sequence[Phase]) -> int:
+    """Return the edge that the pads close on: as recorded, or 0 or 1, the nearer to the tool's y axis."""
     if known.closing_edge is not None:
         return known.closing_edge
     grasped = [phase for phase in phases if phase.name in ("grasp", "close", "compress") and phase.samples]
