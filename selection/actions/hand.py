@@ -60,6 +60,11 @@ class Hand:
         self._is_laden = False
         self.grasp_pose, self._gate = find_grasp(gripper, self._free, declared, self._rest)
 
+    @property
+    def pad_height_at_grasp(self) -> float:
+        """Height of the pads' centre over the table where they close on the object [m]."""
+        return self._height
+
     def gate(self) -> None:
         """Go to the place above the object where every approach begins."""
         self.go(self._gate)
