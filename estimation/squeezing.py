@@ -28,7 +28,7 @@ from estimation.stiffness import (
 )
 from estimation.stiffness.fit import predict
 from estimation.stiffness.noise import quantum_of
-from estimation.stiffness.unyielding import hardly_gives
+from estimation.stiffness.unyielding import ENDS, hardly_gives
 
 Array = NDArray[np.float64]
 
@@ -39,7 +39,9 @@ DELAYS = (0.005, 0.01, 0.015, 0.02)  # s
 DELAY_EVIDENCE = 6.0  # log-likelihood that a delay must gain
 LATE_LOAD = 0.25  # share of the largest force above which the readings of the loading are taken to begin late,
 EARLY_SHARE = 0.05  # but for so many of them
+RIGID_STEP = 5e-3  # strain to which the opening over an object that has not given way is believed
 RIGID_STRAIN = 1e-3  # compression of all squeezes below which an object has not given way
+LEAST_STUCK = 4  # readings of pads that press on what does not give
 SETTLING = 2  # samples left out at the start of a motion, where the motor still speeds up
 
 
@@ -89,7 +91,7 @@ def measure_squeeze(
     if rigid:  # then only how the grasp met it shows where it is, and its give is not told from that of the pads
         closing = [phase.gripper() for phase in phases if phase.name == "grasp"] + closing
         if quantum == 0:
-            quantum = RIGID_STRAIN * size[0]
+            quantum = RIGID_STEP * size[0]
             closing = [replace(r, opening=np.round(r.opening / quantum) * quantum) for r in closing]
     locked = locked_current([phase.gripper() for phase in phases if phase.name == "dwell"])
     opening, effort, speed = closing_readings(closing, quantum, locked, stuck=rigid)
@@ -107,7 +109,8 @@ def measure_squeeze(
     reported, reported_effort = _reported(closing, locked, rigid)
     reported_force = gripper.force_per_ampere * (reported_effort - air)
     reported_sd = _force_sd(np.maximum(reported_force, 0.0), gripper)
-    estimate = hardly_gives(reported, reported_force, reported_sd, quantum, geometry, noise)
+    least = LEAST_STUCK if rigid else 2 * ENDS
+    estimate = hardly_gives(reported, reported_force, reported_sd, quantum, geometry, noise, least=least)
     if estimate is None:
         try:
             estimate = _estimate(force, opening, speed, geometry, noise, gripper)

@@ -28,6 +28,7 @@ def hardly_gives(
     geometry: Geometry,
     noise: CurveNoise,
     steps: float = FEW_STEPS,
+    least: int = 2 * ENDS,
 ) -> StiffnessEstimate | None:
     """Return the bound that readings of an object give which yields by two steps of the opening at most.
 
@@ -42,20 +43,22 @@ def hardly_gives(
         geometry: of the object between the pads.
         noise: gives the relative standard deviation of the calibration.
         steps: of the opening, by which an object may yield at most.
+        least: readings under load that are needed, 4 or more.
 
     Returns:
         None for an object that gives more, that was hardly pressed, or without steps.
     """
     pressing = force > PRESSING * force_sd
-    if quantum == 0 or pressing.sum() < 2 * ENDS:
+    if quantum == 0 or pressing.sum() < least:
         return None
     order = np.argsort(force[pressing])
     opening, force, force_sd = opening[pressing][order], force[pressing][order], force_sd[pressing][order]
     give = float(np.ptp(opening))
     if give > steps * quantum:
         return None
-    rise = float(np.median(force[-ENDS:]) - np.median(force[:ENDS]))
-    sd = math.hypot(float(np.median(force_sd[-ENDS:])), float(np.median(force_sd[:ENDS])))
+    ends = min(ENDS, len(force) // 2)
+    rise = float(np.median(force[-ends:]) - np.median(force[:ends]))
+    sd = math.hypot(float(np.median(force_sd[-ends:])), float(np.median(force_sd[:ends])))
     most = float(geometry.law_of(np.array([(give + quantum) / geometry.width]))[0])
     common = math.hypot(noise.gain_sd, geometry.kappa_sd / geometry.kappa)
     bound = max(rise - ONE_SIDED * sd, 0.0) / geometry.area / most * math.exp(-ONE_SIDED * common)
