@@ -158,8 +158,8 @@ class Bench:
             raise InvalidInput("bench: Young's modulus [Pa]", young, f"of a soft body, 0 to {RIGID_ABOVE:g}")
         self._model.flex_stiffness[:] *= young / self.truth.young_modulus
         self.truth = dataclasses.replace(self.truth, young_modulus=young)
-        time_constant, impedance = contact_law(self.truth, self.timestep)
-        self._model.flex_solref[:] = [time_constant, 1.0]
+        time_constant, impedance, damping = contact_law(self.truth, self.timestep)
+        self._model.flex_solref[:] = [time_constant, damping]
         self._model.flex_solimp[:, :2] = impedance
         self._model.body_invweight0[:] = self._weights
         prepare(self._model, self.truth, self.timestep)

@@ -158,10 +158,10 @@ def _rigid(truth: TrueObject, place: dict[str, str], timestep: float) -> ET.Elem
 
 
 def _touch(truth: TrueObject, timestep: float, spin_and_roll: str) -> dict[str, str]:
-    time_constant, impedance = contact_law(truth, timestep)
+    time_constant, impedance, damping = contact_law(truth, timestep)
     return {
         "friction": f"{truth.friction} {spin_and_roll}",
-        "solref": f"{time_constant} 1",
+        "solref": f"{time_constant} {damping}",
         "solimp": f"{impedance} {impedance} 0.001",
         "priority": "2",
         "contype": "1",

@@ -141,13 +141,20 @@ def _squeeze(state: _State, phases: Sequence[Phase], edge: int) -> Result:
 def _rub(state: _State, phases: Sequence[Phase], edge: int) -> Result:
     from estimation.rubbing import measure_rub
 
-    return (measure_rub(state.known.arm, phases)[1],), ()
+    return (measure_rub(state.known.arm, phases, gripper=state.known.gripper)[1],), ()
+
+
+def _slip(state: _State, phases: Sequence[Phase], edge: int) -> Result:
+    from estimation.slipping import measure_slip
+
+    return (measure_slip(state.known.arm, state.known.gripper, phases)[1],), ()
 
 
 KINDS: dict[str, Callable[[_State, Sequence[Phase], int], Result]] = {
     "weigh": _weigh,
     "squeeze": _squeeze,
     "rub": _rub,
+    "slip": _slip,
 }
 """For every kind of action the function that measures it; a further kind needs a line here."""
 

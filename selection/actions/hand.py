@@ -64,6 +64,11 @@ class Hand:
         x, y = declared.position
         self.grasp_pose, self._gate = self._reachable(x, y, depth, turns)
 
+    @property
+    def pad_height_at_grasp(self) -> float:
+        """Height of the pads' centre over the table where they close on the object [m]."""
+        return self._height
+
     def gate(self) -> None:
         """Go to the place above the object where every approach begins."""
         self.go(self._gate)

@@ -33,6 +33,9 @@ def step_section(page: RunPage, step: Step) -> Section:
                     page.shades.get(variable, {}),
                 )
             )
+    for i, seen in enumerate(step.observations):
+        shades = page.shades.get(seen.variable, {})
+        figures.append(belief_figures.perceived(f"step-{step.number}-perceived-{i + 1}", seen, shades))
     densities, signals = _density_figures(page, step, analysis), _signal_figures(step, analysis)
     figures += [*signals[:1], *densities, *signals[1:]]
     blocks.append(Gallery(tuple(figures)))
@@ -64,6 +67,14 @@ def _brought(step: Step) -> Paragraph:
             words.append("" if i == 0 else " and " if i == len(step.measurements) - 1 else ", ")
             words += [f"{name_of(one.property)} ", Strong(quantity(one.mean, one.sd, one.unit))]
         words.append(f" in {seconds(step.seconds)}." if math.isfinite(step.seconds) else ".")
+    elif step.observations:
+        for i, seen in enumerate(step.observations):
+            words += [
+                "; " if i else "",
+                f"It seemed most like the {name_of(seen.variable)} ",
+                Strong(name_of(seen.best)),
+            ]
+        words.append(f" after {seconds(step.seconds)}." if math.isfinite(step.seconds) else ".")
     elif step.ok is False:
         words.append(f"It failed after {seconds(step.seconds)} and measured nothing.")
     elif math.isfinite(step.seconds):
@@ -90,6 +101,8 @@ def _signal_figures(step: Step, analysis: Analysis) -> list[Figure]:
         found.append(signal_figures.gripper_signals(f"step-{step.number}-gripper", analysis.squeezing))
     if analysis.rubbing is not None:
         found.append(signal_figures.friction(f"step-{step.number}-friction", analysis.rubbing))
+    if analysis.pinching is not None:
+        found.append(signal_figures.slides(f"step-{step.number}-friction", analysis.pinching))
     return found
 
 
