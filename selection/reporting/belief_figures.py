@@ -49,6 +49,7 @@ def gains(name: str, scores: Sequence[Score], price: float, choice: str) -> Figu
             _gain(axes, i, score, price, score.name == choice, (low, high))
         axes.spines["bottom"].set_visible(True)
         axes.xaxis.set_major_locator(_few_ticks())
+        axes.xaxis.set_major_formatter(_plain_formatter())
         axes.set_xlabel("Information [bit]")
         said = [
             f"{s.name} {bits(s.bits)} in {seconds(s.seconds)}, worth {bits(s.value)}"
@@ -258,6 +259,12 @@ def _few_ticks(count: int = 5) -> Any:
     from matplotlib.ticker import MaxNLocator
 
     return MaxNLocator(count)
+
+
+def _plain_formatter() -> Any:
+    from matplotlib.ticker import FuncFormatter
+
+    return FuncFormatter(lambda x, _: f"{x:.3g}".replace("-", "−"))
 
 
 def _percent_formatter() -> Any:

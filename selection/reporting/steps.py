@@ -18,12 +18,18 @@ def step_section(page: RunPage, step: Step) -> Section:
     """Return the story of one step."""
     analysis = page.analyses.get(step.number, Analysis())
     blocks: list[Block] = [said(*_why(step)), _brought(step)]
-    blocks += [said(note, kind="note") for note in (*step.notes, *analysis.notes)]
+    failed = step.ok is False
+    notes = step.notes[1:] if failed else (*step.notes, *analysis.notes)
+    blocks += [said(note, kind="note") for note in notes]
+    if page.pictures.get(step.number):
+        blocks.append(Gallery(page.pictures[step.number], "pictures"))
     figures: list[Block] = []
     if step.scores:
         figures.append(belief_figures.gains(f"step-{step.number}-gains", step.scores, step.price, step.choice))
     if step.before is not None and step.after is not None:
         for variable in step.after.classes:
+            if step.before.classes.get(variable) == step.after.classes[variable]:
+                continue
             figures.append(
                 belief_figures.change(
                     f"step-{step.number}-{slug(variable)}",
@@ -61,7 +67,10 @@ def _why(step: Step) -> tuple[Any, ...]:
 
 def _brought(step: Step) -> Paragraph:
     words: list[Any] = []
-    if step.measurements:
+    if step.ok is False:
+        why = f": {step.notes[0]}" if step.notes else ""
+        words.append(f"It failed after {seconds(step.seconds)}{why}.")
+    elif step.measurements:
         words.append("Measured ")
         for i, one in enumerate(step.measurements):
             words.append("" if i == 0 else " and " if i == len(step.measurements) - 1 else ", ")
@@ -75,13 +84,11 @@ def _brought(step: Step) -> Paragraph:
                 Strong(name_of(seen.best)),
             ]
         words.append(f" after {seconds(step.seconds)}." if math.isfinite(step.seconds) else ".")
-    elif step.ok is False:
-        words.append(f"It failed after {seconds(step.seconds)} and measured nothing.")
     elif math.isfinite(step.seconds):
         words.append(f"It measured nothing in {seconds(step.seconds)}.")
     else:
         words.append("It measured nothing.")
-    if step.before is not None and step.after is not None and step.target in step.after.classes:
+    if step.ok is not False and step.before and step.after and step.target in step.after.classes:
         gained = step.before.entropy(step.target) - step.after.entropy(step.target)
         name, probability = step.after.best(step.target)
         if gained >= 0:
