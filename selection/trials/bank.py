@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from dynamics.errors import ActionFailed, InvalidInput, MotionRefused
+from dynamics.errors import ActionFailed, InvalidInput, MotionRefused, PalpateError
 from dynamics.objects import DeclaredObject, read_declared
 from dynamics.robot import Robot
 from estimation.measurement import Measurement
 from estimation.size import SizeEstimate
 from selection.trials.specimens import Specimen, on_disk
 from selection.trials.sweep import Arrays, Machines, Progress, Store, sweep
+
+log = logging.getLogger(__name__)
+
+ATTEMPTS = 3
+"""Times that an action through the emulator is begun before its robot's error counts."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +53,7 @@ class Reading:
     """What an action brought.
 
     Attributes:
-        measurements: none where it failed.
+        measurements: none where it failed, or told nothing.
         edge: which edge of the object a measured width is.
         seconds: robot time [s].
         failure: why it failed, or an empty text.
@@ -62,22 +69,51 @@ Bank = dict[tuple[str, str], tuple[Reading, ...]]
 """Readings by name of the object and of the action."""
 
 
+def values_of(bank: Bank, specimen: str, action: str, quantity: str) -> np.ndarray:
+    """Return what an action read of a quantity of an object, shape (readings,).
+
+    Raises:
+        InvalidInput: if it never read it.
+    """
+    readings = bank[specimen, action]
+    values = [m.mean for reading in readings for m in reading.measurements if m.property == quantity]
+    if not values:
+        failures = [reading.failure for reading in readings]
+        raise InvalidInput(f"readings of {specimen} by {action}", failures, f"at least one of {quantity}")
+    return np.array(values)
+
+
 def run_job(job: BankJob) -> Arrays:
     """Do one action on a robot of its own, and measure."""
     from selection.robots import RobotRequest, open_robot
-    from selection.trials.emulated import emulated_robot
 
     seed = int(np.random.SeedSequence([job.seed, 5, *job.name.encode()]).generate_state(1)[0])
     with on_disk(job.specimen) as path:
         declared = read_declared(path)
         if job.robot == "emulator":
-            with emulated_robot(path, seed) as opened:
-                return _arrays(_read(opened.robot, declared, job.action))
+            return _arrays(_emulated(path, declared, job.action, seed))
         robot = open_robot(job.robot, RobotRequest(path, seed=seed)).robot
         try:
             return _arrays(_read(robot, declared, job.action))
         finally:
             robot.close()
+
+
+def _emulated(path: Path, declared: DeclaredObject, action: str, seed: int) -> Reading:
+    """Read through the emulator, again where the arm stopped: on a busy machine its clock may outrun it."""
+    from selection.trials.emulated import emulated_robot
+
+    for attempt in range(ATTEMPTS):
+        try:
+            with emulated_robot(path, seed + attempt) as opened:
+                return _read(opened.robot, declared, action)
+        except InvalidInput:
+            raise
+        except PalpateError as error:
+            if attempt == ATTEMPTS - 1:
+                raise
+            log.warning("%s of %s: %s; once more", action, declared.name, error)
+    raise AssertionError("unreachable")
 
 
 def _read(robot: Robot, declared: DeclaredObject, name: str) -> Reading:
@@ -93,9 +129,7 @@ def _read(robot: Robot, declared: DeclaredObject, name: str) -> Reading:
     try:
         action.perform(hand)
         readings = Readings(robot, tape.take(), declared.shape, SizeEstimate.declared(declared), hand.edge)
-        found = action.measure(readings)
-        measurements = found.measurements
-        failure = "" if measurements else "; ".join(found.notes) or "nothing measured"
+        measurements = action.measure(readings).measurements
     except (ActionFailed, MotionRefused, InvalidInput) as error:
         failure = str(error)
     return Reading(measurements, hand.edge, robot.read().time - start, failure)

@@ -24,7 +24,8 @@ def write(outcome: Outcome, directory: Path, json: Path | None) -> None:
     if json is not None:
         content = {
             "format": FORMAT,
-            "seed": outcome.seed,
+            "settings": dict(outcome.settings),
+            "found": list(outcome.found),
             "versions": versions(),
             "cells": [cell.record() for cell in outcome.cells],
             "tables": [asdict(table) for table in outcome.tables],

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimation.network import Network
-from selection.trials.bank import Bank, simulated_bank
+from selection.trials.bank import Bank, simulated_bank, values_of
 from selection.trials.cells import Cell, cell_of
 from selection.trials.explore import Trace
 from selection.trials.objects import Objects, trial_rng
@@ -17,7 +17,7 @@ from selection.trials.replay import CONFIDENCE, POLICIES, PRICE, ReplayJob, trac
 from selection.trials.replay import STEPS as MOST_STEPS
 from selection.trials.replay import run_job as run_replay
 from selection.trials.simulation_tables import verdict
-from selection.trials.specimens import EDGE, NOVEL, REFERENCE, A, B, Specimen, listed, on_disk, reference_ab
+from selection.trials.specimens import EDGE, REFERENCE, A, B, Specimen, listed, novel, on_disk, reference_ab
 from selection.trials.sweep import Arrays, Machines, Progress, Store, sweep
 from selection.trials.thesis_figures import printed
 from selection.trials.thesis_learning import ThesisMode
@@ -31,7 +31,7 @@ def bank_for(
 ) -> Bank:
     """Return readings of materials A and B, of every listed soft object and of the novel ones."""
     ab = simulated_bank((A, B), ACTIONS, turns_ab, seed, store, machines, progress)
-    return ab | simulated_bank((*listed(), *NOVEL), ACTIONS, turns, seed, store, machines, progress)
+    return ab | simulated_bank((*listed(), *novel()), ACTIONS, turns, seed, store, machines, progress)
 
 
 def protocol_cells(bank: Bank, repetitions: int, seed: int) -> tuple[Cell, ...]:
@@ -68,9 +68,7 @@ def replayed(world: Network, bank: Bank, truth: int, trials: Sequence[int], seed
     name = (A, B)[truth].name
     readings, sds = {}, {}
     for place, action in enumerate(ACTIONS):
-        values = np.array(
-            [m.mean for r in bank[name, action] for m in r.measurements if m.property == MEASURES[action]]
-        )
+        values = values_of(bank, name, action, MEASURES[action])
         if action == "weigh":
             values = values / EDGE**3
         orders = [trial_rng(seed, 8 + place, trial).permutation(len(values)) for trial in trials]
@@ -97,7 +95,7 @@ def replayed_explorations(
     jobs = [
         ReplayJob(specimen, policy, 0, repetitions, seed, tuple((a, bank[specimen.name, a]) for a in ACTIONS))
         for policy in POLICIES
-        for specimen in (*listed(), *NOVEL)
+        for specimen in (*listed(), *novel())
     ]
     found: dict[str, dict[str, Trace]] = {}
     for job, arrays in zip(jobs, sweep("replays", run_replay, jobs, store, machines, progress), strict=True):
@@ -155,7 +153,9 @@ def full_explorations(
 ) -> dict[str, Trace]:
     """Explore every listed and every novel object from beginning to end; returns traces by name of the object."""
     jobs = [
-        ExplorationJob(specimen, 1000 * seed + run + 1) for run in range(runs) for specimen in (*listed(), *NOVEL)
+        ExplorationJob(specimen, 1000 * seed + run + 1)
+        for run in range(runs)
+        for specimen in (*listed(), *novel())
     ]
     found: dict[str, list[Arrays]] = {}
     results = sweep("explorations", run_exploration, jobs, store, machines, progress)

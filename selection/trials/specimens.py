@@ -26,8 +26,13 @@ LISTED = (
     "medium",
     "rubber-cube",
     "heavy-cube",
+    "foam-cylinder",
+    "rubber-ball",
+    "sponge-ellipsoid",
 )
-"""One shipped object of every material of the reference ``soft-cubes``."""
+"""Shipped objects of every material of the reference ``soft-cubes``, most of them cubes."""
+UNLISTED = ("steel-block", "clay-cube")
+"""Shipped objects of no material of it."""
 REFERENCE = "soft-cubes"
 
 
@@ -75,8 +80,17 @@ def cube(name: str, material: str, mass: float, modulus: float, novel: bool = Fa
 
 
 def listed() -> tuple[Specimen, ...]:
-    """Return one shipped object of every material of the reference."""
-    return tuple(Specimen(name, objects.locate(name).read_text(encoding="utf-8")) for name in LISTED)
+    """Return shipped objects of every material of the reference."""
+    return tuple(_shipped(name) for name in LISTED)
+
+
+def novel() -> tuple[Specimen, ...]:
+    """Return objects of no material of the reference: combinations that none has, and two shipped ones."""
+    return (*NOVEL, *(_shipped(name, novel=True) for name in UNLISTED))
+
+
+def _shipped(name: str, novel: bool = False) -> Specimen:
+    return Specimen(name, objects.locate(name).read_text(encoding="utf-8"), novel)
 
 
 NOVEL = (

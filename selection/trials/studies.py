@@ -59,13 +59,20 @@ class Outcome:
         cells: every cell of the thesis' protocol.
         tables: everything as tables.
         curves: learning curves.
-        seed: of everything random.
+        found: what they found, a sentence or two each.
+        settings: pairs of what was asked for and how much of it.
     """
 
     cells: tuple[Cell, ...] = ()
     tables: tuple[ResultTable, ...] = ()
     curves: tuple[LearningCurve, ...] = ()
-    seed: int = 0
+    found: tuple[str, ...] = ()
+    settings: tuple[tuple[str, str], ...] = ()
+
+    def __add__(self, other: Outcome) -> Outcome:
+        """Return both."""
+        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
+        return Outcome(*(own + others for own, others in pairs))
 
 
 def run_studies(names: Sequence[str], request: Request, progress: Progress) -> Outcome:
@@ -75,26 +82,26 @@ def run_studies(names: Sequence[str], request: Request, progress: Progress) -> O
         InvalidInput: if the directory holds chunks of another seed, or there is no such cluster.
         CannotRecord: if nothing can be written there.
     """
-    outcome = Outcome(seed=request.seed)
+    outcome = Outcome(settings=(("seed", str(request.seed)),))
     for name in names:
-        found = _STUDIES[name](request, progress)
-        outcome = Outcome(
-            outcome.cells + found.cells, outcome.tables + found.tables, outcome.curves + found.curves, request.seed
-        )
+        outcome += _STUDIES[name](request, progress)
+        outcome += Outcome(settings=((f"{name}: trials of a cell", str(request.trials(name))),))
     letters = first_action_tables(_simulated_letters(request.seed), _real_letters(request.seed))
     return replace(outcome, tables=(*outcome.tables, *letters, accuracy_table(outcome.cells)))
 
 
 def _virtual(request: Request, progress: Progress) -> Outcome:
     from selection.trials.harder import harder_study
-    from selection.trials.harder_tables import harder_curves, harder_tables
+    from selection.trials.harder_tables import harder_curves, harder_tables, verdict
     from selection.trials.virtual_study import virtual_study
 
     store = request.store("virtual")
     cells = virtual_study(request.trials("virtual"), request.seed, store, request.machines, progress)
     results = harder_study(request.objects, request.seed, store, request.machines, progress)
     tables = (*cell_tables(cells, "virtual"), *harder_tables(results))
-    return Outcome(cells, tables, harder_curves(results))
+    first = [result for result in results if result.world == results[0].world]
+    settings = (("objects of the harder worlds", str(request.objects)),)
+    return Outcome(cells, tables, harder_curves(results), (verdict(first),), settings)
 
 
 def _simulation(request: Request, progress: Progress) -> Outcome:
@@ -133,7 +140,8 @@ def _simulation(request: Request, progress: Progress) -> Outcome:
             study.said_of(whole),
         ),
     )
-    return Outcome(cells, tables)
+    settings = (("simulated readings of A and B, of each action", str(max(request.readings, 2))),)
+    return Outcome(cells, tables, found=(study.said_of(whole),), settings=settings)
 
 
 def _emulator(request: Request, progress: Progress) -> Outcome:

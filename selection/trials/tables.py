@@ -6,12 +6,10 @@ from collections.abc import Sequence
 
 from selection.trials.cells import Cell
 from selection.trials.first_actions import FirstAction
+from selection.trials.notes import OTHERS, mode_note, one_rate
 from selection.trials.result_tables import ResultTable, Value
-from selection.trials.statistics import fisher, wilson
+from selection.trials.statistics import wilson
 from selection.trials.thesis_figures import ACCURACY_4_11, FIRST_4_4, FIRST_4_10, all_printed
-
-COMPATIBLE = 0.05
-"""P of Fisher's exact test below which two counts are said to differ."""
 
 COLUMNS = (
     "policy",
@@ -35,29 +33,6 @@ COLUMNS = (
     "P of one rate",
 )
 
-_WHY_NOT = {
-    "virtual": (
-        "Why: the thesis leaves open which material was the truth, the numbers of its priors, the joker's density "
-        "and whether ceramic's density sd was the printed 50 or the 500 that its Table 3.3 needs (used here). "
-        "With a joker that integrates to one over the window and a normalised Mode 2, its modes converge nearly "
-        "always, whatever they choose, because ten perturbed readings lie far closer to the truth than the error "
-        "they claim, and its update counts each as a fresh draw of the material. Rates near zero, as printed, "
-        "come out only when one property is measured over and over and the joker is made heavier than "
-        "uniform; nothing in the text says that this was so. U (wrong, but below P = 0.6) has no letter in the "
-        "thesis and counts as a failure here."
-    ),
-    "simulation": (
-        "Materials A and B are ours: the thesis plots them without numbers. It ran three tests a cell, so its "
-        "intervals reach over forty points. All policies see the same simulated readings: a bank was simulated "
-        "once with full physics and default noise, and replayed."
-    ),
-    "emulator": (
-        "The thesis had two tests a cell on a real arm; this is a simulated arm behind the arm's own protocol, "
-        "with better squeezing than the thesis had: the failures of its Modes 2 and 3, which it blames on "
-        "squeezing, are not expected here."
-    ),
-}
-
 
 def cell_tables(cells: Sequence[Cell], environment: str) -> tuple[ResultTable, ...]:
     """Return one table a thesis mode, and one of everything else.
@@ -74,34 +49,12 @@ def cell_tables(cells: Sequence[Cell], environment: str) -> tuple[ResultTable, .
         own = [cell for cell in cells if cell.policy == f"thesis mode {mode}"]
         if own:
             title = f"Mode {mode}, {environment}, beside the thesis' Table {number}"
-            tables.append(
-                _table(f"{environment}-mode-{mode}", title, own, agreement(own) + " " + _WHY_NOT[environment])
-            )
+            tables.append(_table(f"{environment}-mode-{mode}", title, own, mode_note(own)))
     others = [cell for cell in cells if not cell.policy.startswith("thesis mode")]
-    note = (
-        "No counterpart in the thesis. The same readings as above, learnt from exactly: repeated readings of one "
-        "object share its true value, so that ten of them leave the doubt that their claimed errors demand. Where "
-        "a wrong prior meets errors of 3.5 reference sds, a correct posterior may rightly keep to the prior; that "
-        "the true perturbation is far smaller than claimed is what makes the thesis' overcounting look better."
-    )
-    if environment == "emulator":
-        note = "No counterpart in the thesis."
     if others:
         title = f"Exact criterion, random, fixed order and greedy per node, {environment}"
-        tables.append(_table(f"{environment}-others", title, others, note))
+        tables.append(_table(f"{environment}-others", title, others, OTHERS[environment]))
     return tuple(tables)
-
-
-def agreement(cells: Sequence[Cell]) -> str:
-    """Say which entries of the thesis are reproduced."""
-    same: list[str] = []
-    other: list[str] = []
-    for cell in cells:
-        place = f"{cell.prior}/{cell.measurement}" if cell.measurement else cell.prior
-        (same if _one_rate(cell) >= COMPATIBLE else other).append(place)
-    said = f"Compatible with the printed counts (Fisher's P >= {COMPATIBLE}): {len(same)} of {len(cells)} entries"
-    said += f" ({', '.join(same)})" if same else ""
-    return said + (f". Not reproduced: {', '.join(other)}." if other else ".")
 
 
 def first_action_tables(
@@ -196,7 +149,7 @@ def _table(name: str, title: str, cells: Sequence[Cell], note: str) -> ResultTab
             _first(c),
             c.thesis,
             c.source,
-            _one_rate(c) if c.thesis else None,
+            one_rate(c) if c.thesis else None,
         )
         for c in cells
     )
@@ -205,11 +158,6 @@ def _table(name: str, title: str, cells: Sequence[Cell], note: str) -> ResultTab
 
 def _first(cell: Cell) -> str:
     return " ".join(f"{name} {count}" for name, count in zip(cell.actions_named, cell.first, strict=True) if count)
-
-
-def _one_rate(cell: Cell) -> float:
-    counts = [int(part) for part in cell.thesis.split("/")]
-    return fisher((counts[0], sum(counts)), (cell.correct, cell.trials))
 
 
 def _letters(

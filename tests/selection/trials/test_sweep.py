@@ -94,3 +94,11 @@ def test_more_repetitions_keep_the_ones_before() -> None:
     cells = virtual_study(2, 0, machines=Machines(1))
     assert {cell.trials for cell in cells} == {2}
     assert all(cell.correct + cell.weak + cell.diverged + cell.undecided == 2 for cell in cells)
+
+
+def test_a_cluster_does_not_change_the_numbers() -> None:
+    distributed = pytest.importorskip("distributed")
+    options = {"n_workers": 1, "threads_per_worker": 1, "processes": False, "dashboard_address": None}
+    with distributed.LocalCluster(**options) as cluster:
+        there = sweep("", run_job, JOBS, machines=Machines(scheduler=cluster.scheduler_address))
+    assert same(there, sweep("", run_job, JOBS, machines=Machines(1)))
