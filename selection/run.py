@@ -5,16 +5,17 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from selection.arguments import WRONG_INPUT, object_file, parser, robot_request
+from selection.arguments import WRONG_INPUT, object_file, parser, robot_request, wants_pictures
 
 if TYPE_CHECKING:
     from estimation.recording import Recording
     from selection.display import Lines, LiveTable, Silent
     from selection.exploration import Exploration
-    from selection.rehearsal import StandIn
+    from selection.stand_in import StandIn
 
 FAILED = 1
 STOPPED_BY_HAND = 130
@@ -54,9 +55,10 @@ def _explore(given: argparse.Namespace) -> int:
     from selection.display import report
     from selection.exploration import Exploration, Settings
     from selection.eyes import chosen_senses, read_vision
-    from selection.rehearsal import StandIn
     from selection.result import result_of
     from selection.robots import open_robot
+    from selection.sights import Sights, Together
+    from selection.stand_in import StandIn
 
     past = saved = None
     if given.resume is not None:
@@ -82,7 +84,9 @@ def _explore(given: argparse.Namespace) -> int:
             stand_in = StandIn(opened.robot, declared, opened.judge)
             exploration = Exploration(stand_in, declared, network, prior, settings, watcher, actions)
             return _rehearse(exploration, stand_in, past, given.quiet)
-        exploration = Exploration(opened.robot, declared, network, prior, settings, watcher, actions)
+        sights = Sights(opened, given.view, wants_pictures(given), given.video, _say)
+        together = Together(watcher, sights)
+        exploration = Exploration(opened.robot, declared, network, prior, settings, together, actions)
         directory = given.resume or given.out or Path("runs") / f"{time.strftime('%Y%m%d-%H%M%S')}-{declared.name}"
         names = opened.robot.arm.joint_names
         if past is None:
@@ -90,8 +94,10 @@ def _explore(given: argparse.Namespace) -> int:
         else:
             run = RunWriter.resume(directory, names)
         recorded = None if given.no_report else directory
-        with run:
+        with run, closing(sights):
             exploration.record(run)
+            exploration.on_phase(sights.phase)
+            sights.keep_in(directory)
             if past is not None:
                 exploration.recall(past)
             try:
@@ -137,6 +143,10 @@ def _rehearse(exploration: Exploration, robot: StandIn, past: Recording | None, 
             print(*told(Rehearsed(action, tuple(robot.moves), phases, problem)), sep="\n")
         robot.moves.clear()
     return status
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr)
 
 
 def _watcher(quiet: bool, plain: bool) -> LiveTable | Lines | Silent:

@@ -181,7 +181,9 @@ def _measure(state: _State, episode: Episode, phases: Sequence[Phase], unused: b
 
 
 def closing_edge(known: Known, phases: Sequence[Phase]) -> int:
-    """Return the edge of the object that the pads close on: 0 or 1, the nearer to the tool's y axis."""
+    """Return the edge that the pads close on: as recorded, or 0 or 1, the nearer to the tool's y axis."""
+    if known.closing_edge is not None:
+        return known.closing_edge
     grasped = [phase for phase in phases if phase.name in ("grasp", "close", "compress") and phase.samples]
     if known.declared is None or not grasped:
         return 1

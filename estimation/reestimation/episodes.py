@@ -42,10 +42,11 @@ def episodes_of(recording: Recording) -> tuple[Episode, ...]:
         grouped.setdefault((int(np.searchsorted(rows, mark.start, side="right")), mark.action), []).append(mark)
     measured: dict[tuple[int, str], list[Recorded]] = {}
     for one in recording.measurements:
-        # A measurement comes after its action's samples and before the next decision, perhaps at the same row.
-        turns = [
-            turn for turn, action in grouped if action == one.action and grouped[turn, action][0].start <= one.row
-        ]
+        # A measurement comes after its action's samples and before the next decision, perhaps at its row: then
+        # it is of the action that ends there, not of the one that begins, unless that is the only one.
+        starts = {turn: marks[0].start for (turn, action), marks in grouped.items() if action == one.action}
+        turns = [turn for turn, start in starts.items() if start < one.row]
+        turns = turns or [turn for turn, start in starts.items() if start == one.row]
         measured.setdefault((max(turns, default=0), one.action), []).append(one)
     return tuple(
         Episode(action, tuple(marks), tuple(measured.get((turn, action), ())))
