@@ -55,7 +55,7 @@ def take_up(given: argparse.Namespace) -> None:
     given.no_vision = kept.text("vision", choices=("none", "module")) == "none"
     given.prior = kept.text("prior") or None
     given.vision = kept.text("eyes", "default")
-    given.lookahead = kept.content("lookahead") is True
+    given.lookahead = kept.text("lookahead", "auto", choices=("auto", "never"))
     given.seed = int(kept.number("seed", at_least=0))
     given.confidence = kept.number("confidence", above=0, at_most=1)
     given.price = kept.number("price_bits_per_s", at_least=0)

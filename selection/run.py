@@ -75,7 +75,7 @@ def _explore(given: argparse.Namespace) -> int:
     opened = open_robot(given.robot, robot_request(given, source))
     watcher = _watcher(given.quiet, plain=given.dry_run)
     try:
-        settings = Settings("material", given.price, given.confidence, given.budget, given.lookahead)
+        settings = Settings("material", given.price, given.confidence, given.budget, given.lookahead == "auto")
         actions = repertoire(chosen_senses(opened.senses(network), eyes, given.vision, not given.no_vision))
         if given.dry_run:
             stand_in = StandIn(opened.robot, declared, opened.judge)
