@@ -38,6 +38,12 @@ def parser() -> argparse.ArgumentParser:
         "--noise", default="default", metavar="default|none|FILE", help="errors of the simulated sensors"
     )
     made.add_argument(
+        "--target",
+        default="material",
+        metavar="NAME",
+        help="what to learn about: material, category, both, a property, or everything",
+    )
+    made.add_argument(
         "--confidence",
         type=_probability,
         default=0.99,

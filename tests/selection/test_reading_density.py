@@ -26,7 +26,7 @@ def dense(mean: float, sd: float, z: np.ndarray, noise: tuple[float, float], lin
 
 
 @pytest.mark.parametrize(("sd", "relative"), [(6.0, 0.0), (0.5, 0.0), (1.0, 0.12), (0.1, 0.2), (5.0, 0.4)])
-@pytest.mark.parametrize("width", [0.01, 0.22, 0.7, 1.7])
+@pytest.mark.parametrize("width", [1e-5, 0.01, 0.22, 0.7, 1.7])
 def test_densities_of_log_scale_quantities(sd: float, relative: float, width: float) -> None:
     mean, widths = np.array([np.log(20.0), np.log(7.0)]), np.array([width, 0.55])
     z = np.sort(np.concatenate([np.linspace(-15, 15, 7), [7.0, 20.0], np.geomspace(16, 400, 9)]))
