@@ -216,7 +216,8 @@ class Bench:
                 )
                 for row in range(start + every - 1, stop, every)
             )
-            phases.append(Phase("squeeze", name, self._count, samples))
+            if samples:
+                phases.append(Phase("squeeze", name, self._count, samples))
         self._clock += self.timestep * len(pressed.time)
         self._count += 1
         return tuple(phases)
