@@ -83,11 +83,9 @@ def measure_squeeze(
     quantum = gripper.opening_quantum if quantum_of(opening_grid(phases)) > 0 else 0.0
     closing = [phase.gripper() for phase in phases if phase.name in ("close", "compress")]
     locked = locked_current([phase.gripper() for phase in phases if phase.name == "dwell"])
-    opening, effort, speed = closing_readings(closing, quantum, locked)
-    force = gripper.force_per_ampere * (effort - air)
     geometry = geometry_of(shape, size, gripper, poisson=poisson, rule=rule, fill=fill)
     noise = CurveNoise(
-        stress_sd=_force_sd(np.zeros(len(force)), gripper) / geometry.area,
+        stress_sd=_force_sd(np.zeros(1), gripper) / geometry.area,
         scale_known=False,
         strain_quantum=quantum / geometry.width,
         baseline_sd=max(air_sd * gripper.force_per_ampere, 1e-6) / geometry.area,
@@ -100,6 +98,9 @@ def measure_squeeze(
     reported_sd = _force_sd(np.maximum(reported_force, 0.0), gripper)
     estimate = hardly_gives(reported, reported_force, reported_sd, quantum, geometry, noise)
     if estimate is None:
+        opening, effort, speed = closing_readings(closing, quantum, locked)
+        force = gripper.force_per_ampere * (effort - air)
+        noise = replace(noise, stress_sd=_force_sd(np.zeros(len(force)), gripper) / geometry.area)
         try:
             estimate = _estimate(force, opening, speed, geometry, noise, gripper)
         except TooLittleCompression as little:
@@ -197,8 +198,11 @@ def closing_readings(
 
 
 def _reported(series: Sequence[GripperReadings], locked: float) -> tuple[Array, Array]:
-    """Return opening [m] and current [A] of closing pads as they were reported, (N,) each."""
-    at = [moving(readings, locked) for readings in series]
+    """Return opening [m] and current [A] of closing pads as they were reported, (N,) each.
+
+    Pads that a rigid object stops do not move a step: there the current alone tells that they press.
+    """
+    at = [moving(readings, locked) | (readings.effort > locked) for readings in series]
     opening = np.concatenate([readings.opening[rows] for readings, rows in zip(series, at, strict=True)])
     return opening, np.concatenate([readings.effort[rows] for readings, rows in zip(series, at, strict=True)])
 
