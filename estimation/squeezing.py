@@ -92,11 +92,9 @@ def measure_squeeze(
             quantum = RIGID_STRAIN * size[0]
             closing = [replace(r, opening=np.round(r.opening / quantum) * quantum) for r in closing]
     locked = locked_current([phase.gripper() for phase in phases if phase.name == "dwell"])
-    opening, effort, speed = closing_readings(closing, quantum, locked, stuck=rigid)
-    force = gripper.force_per_ampere * (effort - air)
     geometry = geometry_of(shape, size, gripper, poisson=poisson, rule=rule, fill=fill)
     noise = CurveNoise(
-        stress_sd=_force_sd(np.zeros(len(force)), gripper) / geometry.area,
+        stress_sd=_force_sd(np.zeros(1), gripper) / geometry.area,
         scale_known=False,
         strain_quantum=quantum / geometry.width,
         baseline_sd=max(air_sd * gripper.force_per_ampere, 1e-6) / geometry.area,
@@ -109,6 +107,9 @@ def measure_squeeze(
     reported_sd = _force_sd(np.maximum(reported_force, 0.0), gripper)
     estimate = hardly_gives(reported, reported_force, reported_sd, quantum, geometry, noise)
     if estimate is None:
+        opening, effort, speed = closing_readings(closing, quantum, locked, stuck=rigid)
+        force = gripper.force_per_ampere * (effort - air)
+        noise = replace(noise, stress_sd=_force_sd(np.zeros(len(force)), gripper) / geometry.area)
         try:
             estimate = _estimate(force, opening, speed, geometry, noise, gripper)
         except TooLittleCompression as little:
