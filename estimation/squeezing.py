@@ -137,7 +137,8 @@ def _estimate(
     gripper: ParallelGripper,
 ) -> StiffnessEstimate:
     """Return the estimate with the noise and the delay that fit the readings best."""
-    degree = 3 if _begins_early(force) else 1
+    # What Hertz's law leaves out at large strains would be taken for a curvature of the material.
+    degree = 3 if geometry.law != "hertz" and _begins_early(force) else 1
     first = estimate_stiffness(
         stress_strain(force, opening, geometry), noise, min_ticks=FEW_TICKS, max_degree=degree
     )

@@ -44,6 +44,12 @@ def parser() -> argparse.ArgumentParser:
         help="what to learn about: material, category, both, a property, or everything",
     )
     made.add_argument(
+        "--fidelity",
+        choices=("uniform", "indentation"),
+        default="uniform",
+        help="a simulated object is strained evenly, or sinks in under the pads",
+    )
+    made.add_argument(
         "--confidence",
         type=_probability,
         default=0.99,
@@ -135,6 +141,7 @@ def robot_request(given: argparse.Namespace, object_file: Path) -> RobotRequest:
         udp_port=given.udp_port,
         tare=given.offsets,
         load_spread=given.load_spread,
+        fidelity=given.fidelity,
         yes=given.yes,
         draws=wants_pictures(given) or given.video is not None,
         dry_run=given.dry_run,

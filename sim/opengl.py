@@ -32,7 +32,7 @@ def check_drawing() -> None:
 
     context = getattr(gl_context, "GLContext", None)
     if context is None or (context.__module__.endswith("glfw") and not has_display()):
-        raise CannotDraw(f"no picture without OpenGL (on Debian: {PACKAGES}), or MUJOCO_GL unset when MuJoCo came in")
+        raise CannotDraw(f"no picture without a display, or OpenGL without one (on Debian: {PACKAGES})")
 
 
 def has_display() -> bool:
