@@ -107,8 +107,10 @@ def main(arguments: list[str]) -> int:
         return 0
     for one in rows:
         print(
-            f"{one['young_modulus']:9.0f} Pa  {one['moduli']} moduli of {one['answers']}  ratio {one['ratio']:.3f}  "
-            f"rms {one['rms']:.3f}  sd {one['sd']:.3f}  reading {one['reading']:.3f}  coverage {one['coverage']:.3f}"
+            f"{one['young_modulus']:9.0f} Pa  {one['moduli']} moduli of {one['answers']}  "
+            f"ratio {one['ratio']:.3f}  "
+            f"rms {one['rms']:.3f}  sd {one['sd']:.3f}  "
+            f"reading {one['reading']:.3f}  coverage {one['coverage']:.3f}"
         )
     return 0
 
