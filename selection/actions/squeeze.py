@@ -90,6 +90,7 @@ class Squeeze:
 
     def measure(self, readings: Readings) -> Findings:
         """Measure elasticity and width."""
+        from estimation.carried import held_weight
         from estimation.squeezing import measure_squeeze
 
         size, sd, edge = readings.size.mean, readings.size.sd, readings.edge
@@ -100,6 +101,7 @@ class Squeeze:
             readings.phases,
             size_sd=(sd[edge], sd[1 - edge], sd[2]),
             fill=readings.size.fill,
+            weight=held_weight(readings.robot.arm, readings.phases),
         )
         if estimate.bound is None:
             return Findings(measurements)
