@@ -18,6 +18,7 @@ from dynamics.errors import InvalidInput
 from dynamics.gripper import ParallelGripper
 from dynamics.shapes import Shape
 from dynamics.signals import GripperReadings, Phase
+from estimation.carried import pull_of_weight
 from estimation.measurement import Measurement
 from estimation.stiffness import (
     CurveNoise,
@@ -53,6 +54,7 @@ def measure_squeeze(
     poisson: float = 0.3,
     rule: Rule = "auto",
     fill: float | None = None,
+    weight: float = 0.0,
 ) -> tuple[StiffnessEstimate, tuple[Measurement, ...]]:
     """Estimate the stiffness of a squeezed object and measure its elasticity and width.
 
@@ -68,6 +70,7 @@ def measure_squeeze(
         poisson: Poisson's ratio of the object.
         rule: how force spreads in the object, see :func:`dynamics.compression.geometry_of`.
         fill: share of its bounding box that the object fills, for a mesh.
+        weight: that hangs between the pads [N], see :mod:`estimation.carried`.
 
     Returns:
         The estimate, and measurements of ``elasticity`` [Pa] (unless it is a bound) and of ``width`` [m] (unless
@@ -109,6 +112,8 @@ def measure_squeeze(
     if estimate is None:
         opening, effort, speed = closing_readings(closing, quantum, locked, stuck=rigid)
         force = gripper.force_per_ampere * (effort - air)
+        if weight > 0:
+            force = force + pull_of_weight(gripper, weight, opening)
         noise = replace(noise, stress_sd=_force_sd(np.zeros(len(force)), gripper) / geometry.area)
         try:
             estimate = _estimate(force, opening, speed, geometry, noise, gripper)
