@@ -28,6 +28,7 @@ def configuration(given: argparse.Namespace, object_file: Path, robot: Robot) ->
         "prior": given.prior or "",
         "seed": given.seed,
         "noise": given.noise,
+        "target": given.target,
         "fidelity": given.fidelity,
         "confidence": given.confidence,
         "budget_s": given.budget if math.isfinite(given.budget) else NO_BUDGET,
@@ -58,8 +59,9 @@ def take_up(given: argparse.Namespace) -> None:
     given.no_vision = kept.text("vision", choices=("none", "module")) == "none"
     given.prior = kept.text("prior") or None
     given.vision = kept.text("eyes", "default")
-    given.lookahead = kept.content("lookahead") is True
+    given.lookahead = kept.text("lookahead", "auto", choices=("auto", "never"))
     given.seed = int(kept.number("seed", at_least=0))
+    given.target = kept.text("target", "material")
     given.confidence = kept.number("confidence", above=0, at_most=1)
     given.price = kept.number("price_bits_per_s", at_least=0)
     if kept.content("budget_s") != NO_BUDGET:

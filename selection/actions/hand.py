@@ -8,7 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.arm import Arm
 from dynamics.collision import Box, Workspace, shifted
 from dynamics.errors import ActionFailed, MotionRefused
 from dynamics.kinematics import solve_pose, straight_joints, straight_line
@@ -16,6 +15,7 @@ from dynamics.objects import DeclaredObject
 from dynamics.robot import GripResult, Robot
 from dynamics.signals import Sample
 from dynamics.trajectory import time_path
+from estimation.carried import carried_weight
 from selection.actions.reach import GATE_HEIGHT, TABLE, closing_edge, find_grasp, free_space, grasp_height
 from selection.tape import Tape
 
@@ -178,12 +178,7 @@ class Hand:
         From the change of torque that gravity of the arm itself does not explain, on all joints at once; good
         enough to decide how hard to grip.
         """
-        arm = self.robot.arm
-        change = _residual(arm, after) - _residual(arm, before)
-        q = np.mean([s.q for s in after], axis=0)
-        up = arm.tool_pose(q)[:3, :3].T @ np.array([0.0, 0.0, 9.81])
-        lever = arm.tool_jacobian(q)[:3].T @ up
-        return float(lever @ change / (lever @ lever))
+        return carried_weight(self.robot.arm, before, after) / 9.81
 
     def _run(self, path: Array, speed: float) -> None:
         if np.abs(path - self._q).max() < _SAME:
@@ -203,9 +198,3 @@ class Hand:
         here = np.array([s.effort for s in samples])
         error = math.sqrt(air.var() / len(air) + here.var() / len(here))
         return bool(here.mean() - air.mean() > 3 * error + 0.5 * self.robot.gripper.effort_quantum)
-
-
-def _residual(arm: Arm, samples: Sequence[Sample]) -> Array:
-    q = np.mean([s.q for s in samples], axis=0)
-    residual: Array = np.mean([s.tau for s in samples], axis=0) - arm.gravity(q)
-    return residual
