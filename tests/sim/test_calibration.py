@@ -15,7 +15,7 @@ from sim.calibration import GRID, POISSON, TABLE, interpolate, modulus_factor, s
 from sim.press import press
 from tests.sim.objects import thing
 
-REPRODUCED = 2e-3  # relative; four digits are stored, and solvers of other machines round differently
+REPRODUCED = 0.02  # relative; a table that is off by more, say by another law of contact, is to be computed anew
 BETWEEN = 0.10  # relative error of the interpolation, of a factor of up to ten
 
 
