@@ -28,6 +28,7 @@ def configuration(given: argparse.Namespace, object_file: Path, robot: Robot) ->
         "seed": given.seed,
         "noise": given.noise,
         "target": given.target,
+        "fidelity": given.fidelity,
         "confidence": given.confidence,
         "budget_s": given.budget if math.isfinite(given.budget) else NO_BUDGET,
         "price_bits_per_s": given.price,
@@ -52,6 +53,7 @@ def take_up(given: argparse.Namespace) -> None:
     kept = Table(str(path), read_toml(path))
     for key in ("object", "reference", "noise", "robot"):
         setattr(given, key, kept.text(key))
+    given.fidelity = kept.text("fidelity", "uniform", ("uniform", "indentation"))
     given.revision = kept.text("revision", choices=REVISIONS)
     given.no_vision = kept.text("vision", choices=("none", "module")) == "none"
     given.prior = kept.text("prior") or None

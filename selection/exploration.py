@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -154,6 +154,10 @@ class Exploration:
         """Keep everything from now on in a run."""
         self._run = run
         self._tape.record(run)
+
+    def on_phase(self, tell: Callable[[str, str], None]) -> None:
+        """Tell of every phase of an action that begins: the action and the phase."""
+        self._tape.on_phase(tell)
 
     def recall(self, past: Recording) -> None:
         """Take up an interrupted exploration: believe what was measured in it, without doing it again."""

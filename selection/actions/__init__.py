@@ -6,12 +6,13 @@ from collections.abc import Callable
 
 from selection.actions.action import Action, Findings, Readings
 from selection.actions.observe import Observe
+from selection.actions.rub import Rub
 from selection.actions.sound import Sound
 from selection.actions.squeeze import Squeeze
 from selection.actions.weigh import Weigh
 from selection.eyes import Classifier, Senses
 
-ACTIONS: tuple[Action, ...] = (Weigh(), Squeeze())
+ACTIONS: tuple[Action, ...] = (Weigh(), Squeeze(), Rub())
 """What the arm and the gripper can find out by themselves."""
 
 PERCEIVING: dict[str, Callable[[Classifier], Action]] = {"observe": Observe, "sound": Sound}
@@ -30,6 +31,7 @@ __all__ = [
     "Findings",
     "Observe",
     "Readings",
+    "Rub",
     "Sound",
     "Squeeze",
     "Weigh",
