@@ -25,6 +25,7 @@ from dynamics.errors import PalpateError
 from selection.dataset.folder import Dataset
 from selection.dataset.one import FAILURE, RESULT, Ignoring, Job, Outcome, Setup, explore_object
 from selection.dataset.progress import show_progress
+from sim.bodies import object_pose
 
 LIFTED, LEFT_HAND, ASIDE = 0.008, 0.020, 0.015  # m
 PUT_BACK = 0.05  # m over its lowest place, below which the hand puts things back
@@ -91,10 +92,7 @@ class Inspector(Ignoring):
 
     def _where(self) -> np.ndarray:
         """Return where the middle of the object really is [m]."""
-        model, data = self._robot._model, self._robot._data
-        if model.nflex:
-            return data.flexvert_xpos.mean(axis=0)
-        return data.body("object").xpos.copy()
+        return object_pose(self._robot._model, self._robot._data)
 
 
 def work(job: Job) -> Outcome:

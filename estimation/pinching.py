@@ -29,7 +29,7 @@ from estimation.squeezing import air_current
 Array = NDArray[np.float64]
 
 SLIDING_SHARE = 0.5  # of the time of a slide, its end: before, the object is sheared and does not slide yet
-LIMIT = 90.0  # percentile of the force in a slide: pads that stick and slip stay below the limit of friction
+LIMIT = 60.0  # percentile of the force in a slide: a little over the median, for pads stick now and then
 SMOOTH, SMOOTH_AIR = 3, 7  # samples of a running mean of the torques, with contact and without
 GROWN = 1.15  # ratio of the forces after and before a slide above which the later one is the force that slid
 SLIDE_SD = 0.08  # relative; scatter of one slide, from the simulation: stick and slip, and what F does meanwhile

@@ -19,7 +19,13 @@ from dynamics.gripper import ParallelGripper
 from dynamics.shapes import Shape
 from dynamics.signals import GripperReadings, Phase
 from estimation.measurement import Measurement
-from estimation.stiffness import CurveNoise, StiffnessEstimate, TooLittleCompression, estimate_stiffness
+from estimation.stiffness import (
+    CurveNoise,
+    NoContact,
+    StiffnessEstimate,
+    TooLittleCompression,
+    estimate_stiffness,
+)
 from estimation.stiffness.fit import predict
 from estimation.stiffness.noise import quantum_of
 from estimation.stiffness.unyielding import hardly_gives
@@ -107,6 +113,11 @@ def measure_squeeze(
             estimate = _estimate(force, opening, speed, geometry, noise, gripper)
         except TooLittleCompression as little:
             estimate = little.estimate
+        except NoContact:
+            # Pressed all the same, but it moved between the pads: force and opening make no line, only a bound.
+            estimate = hardly_gives(reported, reported_force, reported_sd, quantum, geometry, noise, math.inf)
+            if estimate is None:
+                raise
     widths: tuple[Measurement, ...] = ()
     if math.isfinite(estimate.onset_sd):  # an object that hardly gives may have been touched anywhere
         sd = math.hypot(estimate.onset_sd, _resolution(quantum))

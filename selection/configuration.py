@@ -33,6 +33,8 @@ def configuration(given: argparse.Namespace, object_file: Path, robot: Robot) ->
         "robot": given.robot,
         "revision": given.revision,
         "vision": "none" if given.no_vision else "module",
+        "eyes": given.vision,
+        "lookahead": given.lookahead,
         "model_sha256": hashlib.sha256(description.encode()).hexdigest(),
         **describe(robot.arm, robot.gripper),
         "versions": versions(),
@@ -52,6 +54,8 @@ def take_up(given: argparse.Namespace) -> None:
     given.revision = kept.text("revision", choices=REVISIONS)
     given.no_vision = kept.text("vision", choices=("none", "module")) == "none"
     given.prior = kept.text("prior") or None
+    given.vision = kept.text("eyes", "default")
+    given.lookahead = kept.content("lookahead") is True
     given.seed = int(kept.number("seed", at_least=0))
     given.confidence = kept.number("confidence", above=0, at_most=1)
     given.price = kept.number("price_bits_per_s", at_least=0)

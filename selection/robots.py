@@ -18,7 +18,9 @@ from dynamics.gripper import LoadSpread, ParallelGripper
 from dynamics.robot import Robot
 from dynamics.signals import Sample
 from dynamics.trajectory import Trajectory
+from estimation.network import CATEGORY, MATERIAL, Network
 from models.robot import Revision
+from selection.eyes import Senses, drawn_senses
 
 if TYPE_CHECKING:
     from sim.sensors import SensorModel
@@ -40,6 +42,7 @@ class RobotRequest:
         tare: file of a tare of a real arm's torque sensors.
         load_spread: what the pads' load does in an object between a real gripper's pads, ``pad`` or ``face``.
         yes: do not ask before a real arm's first motion.
+        draws: whether a simulated robot will be asked for pictures.
         dry_run: only plan; a real arm is connected and checked, and never moves.
     """
 
@@ -54,6 +57,7 @@ class RobotRequest:
     tare: Path | None = None
     load_spread: LoadSpread = "pad"
     yes: bool = False
+    draws: bool = False
     dry_run: bool = False
 
 
@@ -64,12 +68,17 @@ class OpenedRobot:
     Attributes:
         robot: what the exploration sees.
         truth: what the object really is, if it is simulated: its material, and the SI values of its properties.
+        senses: gives the classifiers that come with it, for a reference; a simulated one answers by the truth,
+            through the confusion matrices of the reference.
         judge: of a robot that only plans: what it has to say to a motion, if anything.
+        show: opens a viewer that is so many times as fast as real time at most, if it is simulated.
     """
 
     robot: Robot
     truth: Truth | None
     judge: Callable[[Trajectory], None] | None = None
+    senses: Callable[[Network], Senses] = lambda network: {}
+    show: Callable[[float], None] | None = None
 
 
 @dataclass(frozen=True)
@@ -78,11 +87,13 @@ class Truth:
 
     Attributes:
         material: the name of its material, or ``unknown``.
+        category: the name of its category, or ``unknown``.
         properties: SI values by name.
         units: SI units by name.
     """
 
     material: str
+    category: str
     properties: Mapping[str, float]
     units: Mapping[str, str]
 
@@ -117,13 +128,23 @@ def simulated_at_rest(revision: Revision = "V12", vision: bool = True) -> tuple[
 
 
 def _simulated(request: RobotRequest) -> OpenedRobot:
+    if request.draws:
+        from sim.opengl import choose_backend
+
+        choose_backend()
     from sim.robot import MujocoRobot
     from sim.truth import read_truth
 
     truth = read_truth(request.object_file)
     noise = _noise(request.noise)
     robot = MujocoRobot(truth, noise, request.seed, revision=request.revision, vision=request.vision)
-    return OpenedRobot(robot, _told(truth))
+    classes = {MATERIAL: truth.material, CATEGORY: truth.category}
+    return OpenedRobot(
+        robot,
+        _told(truth),
+        senses=lambda network: drawn_senses(network, classes, request.seed),
+        show=robot.show,
+    )
 
 
 def _noise(name: str) -> SensorModel:
@@ -142,6 +163,7 @@ def _noise(name: str) -> SensorModel:
 def _told(truth: TrueObject) -> Truth:
     return Truth(
         material=truth.material,
+        category=truth.category,
         properties={
             "mass": truth.mass,
             "density": truth.density,
@@ -221,7 +243,7 @@ def _kortex(request: RobotRequest) -> OpenedRobot:
         dry_run=request.dry_run,
         yes=request.yes,
     )
-    return OpenedRobot(robot, None, robot.follow if request.dry_run else None)
+    return OpenedRobot(robot, None, judge=robot.follow if request.dry_run else None)
 
 
 ROBOTS: dict[str, Callable[[RobotRequest], OpenedRobot]] = {"sim": _simulated, "kortex": _kortex}

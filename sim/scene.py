@@ -11,6 +11,7 @@ import xml.etree.ElementTree as ET
 from dynamics.gripper import ParallelGripper
 from models.robot import Revision, gen3_mjcf
 from sim.bodies import Fidelity, add_object
+from sim.cameras import add_cameras
 from sim.contact import TIMESTEP
 from sim.truth import TrueObject
 
@@ -52,6 +53,7 @@ def scene_mjcf(
     world = _child(root, "worldbody")
     _add_table(world)
     add_object(root, truth, fidelity)
+    add_cameras(root, truth.declared.position, vision)
     base = _child(world, "body[@name='base_link']")
     for body in base.iter("body"):
         # The controller knows the weight of arm and gripper; what compensates it counts as the joints' torque.
@@ -126,8 +128,6 @@ def _add_looks(root: ET.Element) -> None:
     )
     world = _child(root, "worldbody")
     ET.SubElement(world, "light", pos="0.3 -1 2", dir="0.1 0.5 -1", diffuse="0.5 0.5 0.5")
-    ET.SubElement(world, "camera", name="overview", pos="1.15 -0.95 0.62", xyaxes="0.72 0.69 0 -0.13 0.14 0.98")
-    ET.SubElement(world, "camera", name="close", pos="0.85 -0.35 0.2", xyaxes="0.7 0.71 0 -0.17 0.17 0.97")
 
 
 def _child(parent: ET.Element, path: str) -> ET.Element:

@@ -187,6 +187,8 @@ def harder_study(
         for e, entry in enumerate(entries(world))
         for first, count in _chunks(entry, objects)
     ]
+    # the slow ones last
+    jobs.sort(key=lambda job: isinstance(entries(WORLDS[job.world])[job.entry].policy, Lookahead))
     parts: defaultdict[tuple[int, int], list[Arrays]] = defaultdict(list)
     for job, arrays in zip(jobs, sweep("harder world", run_job, jobs, store, machines, progress), strict=True):
         parts[job.world, job.entry].append(arrays)

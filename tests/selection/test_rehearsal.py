@@ -15,8 +15,8 @@ from dynamics.trajectory import Trajectory
 from estimation.recording import read_recording
 from models import objects
 from selection import robots
-from selection.rehearsal import StandIn
 from selection.run import main
+from selection.stand_in import StandIn
 
 PLACE = re.compile(r"arm +tool to \((.*?), (.*?), (.*?)\) m")
 
