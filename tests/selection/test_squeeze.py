@@ -116,8 +116,8 @@ def test_several_speeds_report_how_the_modulus_depends_on_them(tmp_path, capsys)
     assert main([*given, "--out", str(out)]) == 0
     assert "strain rate" in capsys.readouterr().out
     rate = json.loads((out / "result.json").read_text())["rate_dependence"]
-    # A Kelvin-Voigt block at constant speed is as stiff as one at rest; what is left is the contact's damping, which
-    # takes off the contact's give of 2/300 for a while, and the plates' impact.
+    # A Kelvin-Voigt block at constant speed is as stiff as one at rest; what is left is the contact's damping,
+    # which takes off the contact's give of 2/300 for a while, and the plates' impact.
     assert abs(rate["exponent"]) < 0.03
     assert rate["modulus_pa"] == pytest.approx(45e3, rel=0.02)
 
