@@ -53,7 +53,7 @@ class Reading:
     """What an action brought.
 
     Attributes:
-        measurements: none where it failed.
+        measurements: none where it failed, or told nothing.
         edge: which edge of the object a measured width is.
         seconds: robot time [s].
         failure: why it failed, or an empty text.
@@ -67,6 +67,20 @@ class Reading:
 
 Bank = dict[tuple[str, str], tuple[Reading, ...]]
 """Readings by name of the object and of the action."""
+
+
+def values_of(bank: Bank, specimen: str, action: str, quantity: str) -> np.ndarray:
+    """Return what an action read of a quantity of an object, shape (readings,).
+
+    Raises:
+        InvalidInput: if it never read it.
+    """
+    readings = bank[specimen, action]
+    values = [m.mean for reading in readings for m in reading.measurements if m.property == quantity]
+    if not values:
+        failures = [reading.failure for reading in readings]
+        raise InvalidInput(f"readings of {specimen} by {action}", failures, f"at least one of {quantity}")
+    return np.array(values)
 
 
 def run_job(job: BankJob) -> Arrays:
@@ -115,9 +129,7 @@ def _read(robot: Robot, declared: DeclaredObject, name: str) -> Reading:
     try:
         action.perform(hand)
         readings = Readings(robot, tape.take(), declared.shape, SizeEstimate.declared(declared), hand.edge)
-        found = action.measure(readings)
-        measurements = found.measurements
-        failure = "" if measurements else "; ".join(found.notes) or "nothing measured"
+        measurements = action.measure(readings).measurements
     except (ActionFailed, MotionRefused, InvalidInput) as error:
         failure = str(error)
     return Reading(measurements, hand.edge, robot.read().time - start, failure)

@@ -11,7 +11,7 @@ import numpy as np
 
 from estimation.network import Network
 from models import objects as object_files
-from selection.trials.bank import Bank, simulated_bank
+from selection.trials.bank import Bank, simulated_bank, values_of
 from selection.trials.cells import Cell, cell_of
 from selection.trials.explore import Trace
 from selection.trials.objects import Objects, trial_rng
@@ -73,7 +73,7 @@ def averaged(network: Network, bank: Bank, truth: int, trials: Sequence[int], se
     name = network.materials[truth]
     readings, sds = {}, {}
     for place, (action, quantity) in enumerate(ACTIONS.items()):
-        values = np.array([m.mean for r in bank[name, action] for m in r.measurements if m.property == quantity])
+        values = values_of(bank, name, action, quantity)
         if action == "weigh":
             values = values / EDGE**3
         picks = [

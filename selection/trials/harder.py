@@ -20,7 +20,7 @@ SECONDS |= {"volume": 5.0, "friction": 12.0}
 """Assumed times of the actions [s]: the reference gives none."""
 HAPTIC = ("density", "elasticity", "friction")
 CHUNK, CHUNK_AHEAD = 250, 20
-MOST_AHEAD = 400
+MOST_AHEAD = 200
 """Objects that two steps ahead are planned for: a trial of it takes a hundred times as long as the others."""
 
 

@@ -20,8 +20,8 @@ _VIRTUAL_OTHER = (
     + "With a joker that integrates to one over the window and a normalised Mode 2, its modes converge "
     "nearly always, whatever they choose: ten perturbed readings lie far closer to the truth than the error "
     "they claim, and the thesis' update counts each as a fresh draw of the material. Rates near zero, as "
-    "printed, come out only when one property is measured over and over and the joker is made heavier than "
-    "uniform; nothing in the text says that this was so. "
+    "printed, come out, in all settings tried, only when one property is measured over and over and the joker "
+    "is made heavier than uniform; nothing in the text says that this was so. "
 )
 _VIRTUAL_SAME = (
     "That the counts agree says little of the criterion: nearly every trial converges here, whatever is chosen. "

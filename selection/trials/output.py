@@ -7,20 +7,32 @@ from pathlib import Path
 from typing import TextIO
 
 from estimation.recording.files import to_json, write_atomically
+from selection.reporting import write_experiment_report
 from selection.result import versions
 from selection.trials.result_tables import ResultTable, write_tables
 from selection.trials.studies import Outcome
 
 FORMAT = "palpate-experiments/1"
+REFERENCES = ("thesis-3.1-erratum",)
 
 
 def write(outcome: Outcome, directory: Path, json: Path | None) -> None:
-    """Write one CSV a table and a plot, and everything as JSON if a file is named.
+    """Write one CSV a table and a plot, the page of it all, and everything as JSON if a file is named.
 
     Raises:
         CannotRecord: if a file cannot be written.
     """
     write_tables(directory, outcome.tables, outcome.curves)
+    facts = [*outcome.settings, *(("version of " + name, value) for name, value in versions().items())]
+    write_experiment_report(
+        directory,
+        outcome.tables,
+        outcome.curves,
+        title="The experiments",
+        lead=" ".join(outcome.found),
+        facts=facts,
+        references=REFERENCES,
+    )
     if json is not None:
         content = {
             "format": FORMAT,
@@ -38,7 +50,7 @@ def say(outcome: Outcome, directory: Path, out: TextIO) -> None:
     """Print the tables, and where the files are."""
     for table in outcome.tables:
         out.write(_lines(table) + "\n\n")
-    out.write(f"tables and curves as CSV: {directory}\n")
+    out.write(f"the page: {directory / 'report.html'}; tables and curves as CSV beside it\n")
 
 
 def _lines(table: ResultTable) -> str:

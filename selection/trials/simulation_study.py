@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimation.network import Network
-from selection.trials.bank import Bank, simulated_bank
+from selection.trials.bank import Bank, simulated_bank, values_of
 from selection.trials.cells import Cell, cell_of
 from selection.trials.explore import Trace
 from selection.trials.objects import Objects, trial_rng
@@ -68,9 +68,7 @@ def replayed(world: Network, bank: Bank, truth: int, trials: Sequence[int], seed
     name = (A, B)[truth].name
     readings, sds = {}, {}
     for place, action in enumerate(ACTIONS):
-        values = np.array(
-            [m.mean for r in bank[name, action] for m in r.measurements if m.property == MEASURES[action]]
-        )
+        values = values_of(bank, name, action, MEASURES[action])
         if action == "weigh":
             values = values / EDGE**3
         orders = [trial_rng(seed, 8 + place, trial).permutation(len(values)) for trial in trials]
