@@ -41,7 +41,6 @@ def test_pictures_are_complete(tmp_path):
     assert image[:8] == b"\x89PNG\r\n\x1a\n"
     assert image[-8:-4] == b"IEND"
     drawing = ET.parse(out / "squeeze.svg").getroot()
-    # Text is drawn as paths, with the text itself in comments.
     text = (out / "squeeze.svg").read_text()
     for word in ("force [N]", "opening [mm]", "stress [kPa]", "strain [%]", "10 mm/s", "30 mm/s", "true: 45 kPa"):
         assert word in text, word
