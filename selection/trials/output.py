@@ -8,19 +8,38 @@ from typing import TextIO
 
 from estimation.recording.files import to_json, write_atomically
 from selection.result import versions
-from selection.trials.result_tables import ResultTable, write_tables
+from selection.trials.result_tables import LearningCurve, ResultTable, write_tables
 from selection.trials.studies import Outcome
 
+_REFERENCES = ("thesis-3.1-erratum", "thesis-3.2")
+_CROWDING = ("no messages", "all classes", "exact, category")
 FORMAT = "palpate-experiments/1"
 
 
-def write(outcome: Outcome, directory: Path, json: Path | None) -> None:
-    """Write one CSV a table and a plot, and everything as JSON if a file is named.
+def write(outcome: Outcome, directory: Path, json: Path | None, page: bool = True) -> None:
+    """Write one CSV a table and a plot, a page, and everything as JSON if a file is named.
+
+    Args:
+        outcome: what the studies came to.
+        directory: where tables and the page go.
+        json: the file; none if None.
+        page: whether to draw the page.
 
     Raises:
         CannotRecord: if a file cannot be written.
     """
     write_tables(directory, outcome.tables, outcome.curves)
+    if page:
+        from selection.reporting import write_experiment_report
+
+        write_experiment_report(
+            directory,
+            outcome.tables,
+            [curve for curve in outcome.curves if _is_drawn(curve)],
+            lead=" ".join(outcome.found),
+            facts=(*outcome.settings, *versions().items()),
+            references=_REFERENCES,
+        )
     if json is not None:
         content = {
             "format": FORMAT,
@@ -39,6 +58,11 @@ def say(outcome: Outcome, directory: Path, out: TextIO) -> None:
     for table in outcome.tables:
         out.write(_lines(table) + "\n\n")
     out.write(f"tables and curves as CSV: {directory}\n")
+
+
+def _is_drawn(curve: LearningCurve) -> bool:
+    """Tell whether a curve stands on the page: of the material, without the variants that crowd it."""
+    return "-material-" in curve.figure and not curve.label.endswith(_CROWDING)
 
 
 def _lines(table: ResultTable) -> str:

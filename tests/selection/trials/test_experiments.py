@@ -20,7 +20,7 @@ def outcome(tmp_path_factory: pytest.TempPathFactory) -> Path:
     patch = pytest.MonkeyPatch()
     patch.setattr("selection.trials.harder.MOST_AHEAD", 1)
     with patch.context():
-        arguments = ["virtual", "--repetitions", "4", "--objects", "8", "--workers", "1", "--quiet"]
+        arguments = ["virtual", "--repetitions", "4", "--objects", "8", "--workers", "1", "--quiet", "--no-page"]
         assert experiments.main([*arguments, "--out", str(folder), "--json", str(folder / "all.json")]) == 0
         first = (folder / "all.json").read_text()
         assert experiments.main([*arguments, "--out", str(folder), "--json", str(folder / "all.json")]) == 0
