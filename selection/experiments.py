@@ -46,7 +46,7 @@ def _run(given: argparse.Namespace) -> None:
     outcome = run_studies(names, _request(given), _progress(given.quiet))
     write(outcome, given.out, given.json, not given.no_page)
     if not given.quiet:
-        say(outcome, given.out, sys.stdout)
+        say(outcome, given.out, sys.stdout, not given.no_page)
 
 
 def _request(given: argparse.Namespace) -> Request:

@@ -15,6 +15,8 @@ from dynamics.signals import JointReadings, Phase
 from estimation.belief import Belief
 from estimation.conclude import conclude, density_of
 from estimation.measurement import Measurement
+from estimation.observation import Observation
+from estimation.pinching import Slide
 from estimation.reestimation import Known, known_of
 from estimation.reestimation.again import closing_edge
 from estimation.size import SizeEstimate
@@ -75,13 +77,27 @@ class Rubbing:
 
 
 @dataclass(frozen=True)
+class Pinching:
+    """Slides of closed pads down an object's sides.
+
+    Attributes:
+        slides: what each came to.
+        coefficient, sd: friction [-].
+    """
+
+    slides: tuple[Slide, ...]
+    coefficient: float
+    sd: float
+
+
+@dataclass(frozen=True)
 class Analysis:
     """What could be made again of one step.
 
     Attributes:
         before, after: beliefs; None where they cannot be made, or would not be those of the time.
         readings: what was measured, as quantities that the reference knows.
-        holds, squeezing, rubbing: by kind of action.
+        holds, squeezing, rubbing, pinching: by kind of action.
         notes: what could not be made, and why.
     """
 
@@ -91,6 +107,7 @@ class Analysis:
     holds: tuple[Hold, ...] = ()
     squeezing: Squeezing | None = None
     rubbing: Rubbing | None = None
+    pinching: Pinching | None = None
     notes: tuple[str, ...] = ()
 
 
@@ -119,6 +136,7 @@ class _State:
         self.known = known
         self.size = None if known.declared is None else SizeEstimate.declared(known.declared)
         self.measured: list[Measurement] = []
+        self.observed: list[Observation] = []
         self.disagreement = False
 
     def follow(self, story: Story, step: Step) -> Analysis:
@@ -138,6 +156,7 @@ class _State:
             known = self._known_reading(one)
             if known is not None:
                 readings.append(known)
+        self.observed += step.observations
         after = self._belief(step.after) if step.choice else None
         return Analysis(
             before,
@@ -146,6 +165,7 @@ class _State:
             signals.holds,
             signals.squeezing,
             signals.rubbing,
+            signals.pinching,
             signals.notes,
         )
 
@@ -162,7 +182,7 @@ class _State:
         if self.known.blank is None or self.size is None or recorded is None:
             return None
         try:
-            belief = conclude(self.known.blank, self.size, self.measured)
+            belief = conclude(self.known.blank, self.size, self.measured, self.observed)
             own = {variable: belief.probabilities(variable) for variable in recorded.classes}
         except PalpateError:
             self.disagreement = True
@@ -230,12 +250,17 @@ class _State:
         return Analysis(squeezing=Squeezing(curve, estimate, *series))
 
     def _rub(self, phases: Sequence[Phase], edge: int) -> Analysis:
+        from estimation.pinching import find_slides
         from estimation.rubbing import contact_forces, measure_rub
 
-        estimate, _ = measure_rub(self.known.arm, phases)
+        arm, gripper = self.known.arm, self.known.gripper
+        estimate, _ = measure_rub(arm, phases, gripper=gripper)
+        if any(phase.name == "press" for phase in phases):
+            found = find_slides(arm, gripper, phases)
+            return Analysis(pinching=Pinching(found, estimate.coefficient, estimate.sd))
         slides = [phase.joints() for phase in phases if phase.name == "slide"]
         airs = [phase.joints() for phase in phases if phase.name == "air"]
-        forces = [contact_forces(self.known.arm, a, b) for a, b in zip(slides, airs, strict=True)]
+        forces = [contact_forces(arm, a, b) for a, b in zip(slides, airs, strict=True)]
         tangential = np.array([np.linalg.norm(force[:, :2], axis=1) for force in forces])
         normal = np.array([-force[:, 2] for force in forces])
         return Analysis(rubbing=Rubbing(tangential, normal, estimate.coefficient, estimate.sd))

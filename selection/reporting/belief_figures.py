@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from estimation.observation import Observation
 from selection.reporting.document import Figure
 from selection.reporting.drawing import SMALL, Sheet, bare, drawing, only_horizontal_grid
 from selection.reporting.palette import LIGHT
 from selection.reporting.story import Score
-from selection.reporting.text import bits, listed, name_of, percent, seconds
+from selection.reporting.text import bits, listed, name_of, number, percent, seconds
 
 ROW = 0.44  # inches a row with its words above
 MOST_ROWS = 12
@@ -45,9 +46,10 @@ def gains(name: str, scores: Sequence[Score], price: float, choice: str) -> Figu
         axes.set_xlim(low, high + 1e-9)
         axes.set_ylim(len(rows), 0)
         for i, score in enumerate(rows):
-            _gain(axes, i, score, score.name == choice, low, high)
+            _gain(axes, i, score, price, score.name == choice, (low, high))
         axes.spines["bottom"].set_visible(True)
         axes.xaxis.set_major_locator(_few_ticks())
+        axes.xaxis.set_major_formatter(_plain_formatter())
         axes.set_xlabel("Information [bit]")
         said = [
             f"{s.name} {bits(s.bits)} in {seconds(s.seconds)}, worth {bits(s.value)}"
@@ -64,16 +66,19 @@ def gains(name: str, scores: Sequence[Score], price: float, choice: str) -> Figu
         )
 
 
-def _gain(axes: Any, row: int, score: Score, chosen: bool, low: float, high: float) -> None:
+def _gain(axes: Any, row: int, score: Score, price: float, chosen: bool, ends: tuple[float, float]) -> None:
+    low, high = ends
     weight = "bold" if chosen else "normal"
     word = f"{name_of(score.name, 22)}{' – chosen' if chosen else ''}"
     axes.text(low, row + 0.34, word, weight=weight, color=INK if score.feasible else SOFT, va="baseline")
+    cost = price * score.seconds
+    follows = score.value - (score.bits - cost)
+    more = f" + {follows:.2f} to follow" if follows > 0.005 else ""
     told = (
-        f"{score.bits:.2f} − {score.bits - score.value:.2f} for {seconds(score.seconds)} = {score.value:.2f}"
+        f"{score.bits:.2f} − {cost:.2f} for {seconds(score.seconds)}{more} = {score.value:.2f}".replace("-", "−")
         if score.feasible
         else f"{score.bits:.2f} – {name_of(score.reason, 26)}"
     )
-    told = told.replace("-", "−") if score.feasible else told
     axes.text(high, row + 0.34, told, ha="right", va="baseline", color=SOFT, size=SMALL)
     at, height = row + 0.62, 0.32
     axes.plot([0, 0], [at - 0.2, at + 0.2], color=SOFT, linewidth=0.8, zorder=4, clip_on=False)
@@ -118,6 +123,33 @@ def change(
             f"What was believed of the {variable}",
             "Outlines: before. Bars: after.",
             f"Probabilities of the {variable}: {listed(words)}.",
+        )
+
+
+def perceived(name: str, seen: Observation, shades: Mapping[str, str]) -> Figure:
+    """Draw how well what was perceived fits each class, relative to the best."""
+    best = max(value for _, value in seen.likelihoods)
+    order = sorted(seen.likelihoods, key=lambda item: -item[1])[:MOST_ROWS]
+    with drawing():
+        sheet = Sheet(0.48 + 0.3 * len(order))
+        axes = sheet.axes(1.52, 0.42, 0.6, 0.02)
+        bare(axes)
+        axes.set_xlim(0, 1)
+        axes.set_ylim(len(order), 0)
+        for i, (word, value) in enumerate(order):
+            axes.text(-0.03, i + 0.5, name_of(word, 19), ha="right", va="center", color=INK)
+            axes.barh(i + 0.5, value / best, 0.46, color=shades.get(word, MUTED))
+            axes.text(1.03, i + 0.5, number(value / best, 2), va="center", color=SOFT, size=SMALL)
+        axes.axvline(0.0, color=SOFT, linewidth=0.8)
+        axes.spines["bottom"].set_visible(True)
+        axes.set_xticks([0, 0.5, 1], ["0", "0.5", "1"])
+        axes.set_xlabel("Likelihood, relative to the best")
+        words = [f"{word} {number(value / best, 2)}" for word, value in order]
+        return sheet.finish(
+            name,
+            "What was perceived",
+            f"How well it fits each {name_of(seen.variable)}, whatever was believed before.",
+            f"Relative likelihoods of the {seen.variable}: {listed(words)}.",
         )
 
 
@@ -227,6 +259,12 @@ def _few_ticks(count: int = 5) -> Any:
     from matplotlib.ticker import MaxNLocator
 
     return MaxNLocator(count)
+
+
+def _plain_formatter() -> Any:
+    from matplotlib.ticker import FuncFormatter
+
+    return FuncFormatter(lambda x, _: f"{x:.3g}".replace("-", "−"))
 
 
 def _percent_formatter() -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from estimation.network import Network
 from selection.reporting.document import Figure
 from selection.reporting.drawing import SMALL, Sheet, bare, drawing, only_horizontal_grid
 from selection.reporting.palette import LIGHT, SERIES, colours
-from selection.reporting.text import listed, name_of, number, slug
+from selection.reporting.text import listed, name_of, number, slug, title_of
 from selection.trials.result_tables import LearningCurve, ResultTable, Value
 
 INK, SOFT, LINE, MUTED = LIGHT["ink"], LIGHT["soft"], LIGHT["line"], LIGHT["muted"]
@@ -26,7 +27,7 @@ ROW = 0.235  # inches
 
 @dataclass(frozen=True)
 class Interval:
-    """A rate with its 95 % interval and what the thesis printed for it; rows of a group stand together."""
+    """A figure with its 95 % interval and what the thesis printed for it; rows of a group stand together."""
 
     group: str
     label: str
@@ -34,6 +35,24 @@ class Interval:
     low: float
     high: float
     thesis: float | None = None
+
+
+@dataclass(frozen=True)
+class Intervals:
+    """Figures of one kind.
+
+    Attributes:
+        kind: of what they are, as their column says; rates are shown in percent, from 0 to 100.
+        rows: in the order of the table.
+    """
+
+    kind: str
+    rows: tuple[Interval, ...]
+
+    @property
+    def are_rates(self) -> bool:
+        """Tell whether they are shares of one."""
+        return self.kind.lower().startswith("rate")
 
 
 def styles(labels: Sequence[str]) -> dict[str, tuple[str, Any]]:
@@ -87,15 +106,15 @@ def learning_curves(curves: Sequence[LearningCurve], style: Mapping[str, tuple[s
         more = f" {left_out} more lines are in the table." if left_out > 0 else ""
         return sheet.finish(
             slug(first.figure),
-            name_of(first.title, 120),
+            title_of(f"{name_of(first.title.partition(': ')[2] or first.title, 80)} against {first.x_label}"),
             f"Bands: 95 % intervals.{more}",
             f"{first.y_label} against {first.x_label}: {listed(ends)}.",
         )
 
 
-def intervals(name: str, title: str, rows: Sequence[Interval], axis: str = "Rate [%]") -> Figure:
-    """Draw rates with their 95 % intervals, row by row, next to those of the thesis."""
-    rows = rows[:MOST_INTERVALS]
+def intervals(name: str, found: Intervals) -> Figure:
+    """Draw figures with their 95 % intervals, row by row, next to those of the thesis."""
+    rows = found.rows[:MOST_INTERVALS]
     thesis = any(row.thesis is not None for row in rows)
     places, heads, at = [], [], 0.0
     for i, row in enumerate(rows):
@@ -108,10 +127,11 @@ def intervals(name: str, title: str, rows: Sequence[Interval], axis: str = "Rate
         sheet = Sheet(0.62 + ROW * at)
         axes = sheet.axes(1.62, 0.48, 0.2, 0.08)
         bare(axes)
-        axes.set_xlim(-0.02, 1.02)
+        low, high = _ends(found)
+        axes.set_xlim(low, high)
         axes.set_ylim(at - 0.3, -0.6)
         for place, group in heads:
-            axes.text(-0.45, place, name_of(group, 46), weight="bold", va="center", color=INK, size=SMALL)
+            axes.text(-0.5, place, name_of(group, 46), weight="bold", va="center", size=SMALL, **_along(axes))
         for y, row in zip(places, rows, strict=True):
             axes.axhline(y, color=LINE, linewidth=0.6)
             axes.plot([row.low, row.high], [y, y], color=LIGHT["accent"], linewidth=4.5, alpha=0.45)
@@ -119,42 +139,62 @@ def intervals(name: str, title: str, rows: Sequence[Interval], axis: str = "Rate
             if row.thesis is not None:
                 mark = {"markersize": 6, "markerfacecolor": "none", "clip_on": False}
                 axes.plot(row.thesis, y, "D", color=INK, **mark)
-            axes.text(-0.05, y, name_of(row.label, 21), ha="right", va="center", color=INK, size=SMALL)
+            axes.text(-0.03, y, name_of(row.label, 21), ha="right", va="center", size=SMALL, **_along(axes))
         axes.spines["bottom"].set_visible(True)
-        axes.set_xticks([0, 0.25, 0.5, 0.75, 1], ["0", "25", "50", "75", "100"])
-        axes.set_xlabel(axis)
-        said = [f"{row.group} {row.label} {100 * row.value:.0f} %".strip() for row in rows]
+        if found.are_rates:
+            axes.set_xticks([0, 0.25, 0.5, 0.75, 1], ["0", "25", "50", "75", "100"])
+        else:
+            from matplotlib.ticker import MaxNLocator
+
+            axes.xaxis.set_major_locator(MaxNLocator(5))
+        axes.set_xlabel(f"{title_of(found.kind)} [%]" if found.are_rates else title_of(found.kind))
+        said = [f"{row.group} {row.label} {number(row.value)}".strip() for row in rows]
         return sheet.finish(
             name,
-            title,
+            title_of(found.kind),
             "Dots and bars: with 95 % intervals." + (" Diamonds: as printed in the thesis." if thesis else ""),
-            f"Rates: {listed(said)}.",
+            f"{title_of(found.kind)}: {listed(said)}.",
         )
 
 
-def intervals_of(table: ResultTable) -> tuple[Interval, ...]:
-    """Return the rates of a table: of a column ``rate...`` that ``low`` and ``high`` follow.
+def _along(axes: Any) -> dict[str, Any]:
+    """Return what places a text at a share of the axes' width and at a row."""
+    return {"transform": axes.get_yaxis_transform(), "color": INK}
+
+
+def _ends(found: Intervals) -> tuple[float, float]:
+    """Return the ends of the axis."""
+    if found.are_rates:
+        return -0.02, 1.02
+    values = [v for row in found.rows for v in (row.low, row.high, row.thesis) if v is not None]
+    low, high = min(0.0, *values) if min(values) < 0.5 * max(values) else min(values), max(values)
+    margin = 0.04 * (high - low) or 1.0
+    return low - margin, high + margin
+
+
+def intervals_of(table: ResultTable) -> Intervals | None:
+    """Return the first figures of a table whose column ``low`` and ``high`` follow; None if there are none.
 
     Words before it that differ between rows name the rows; the thesis' own counts are in a column ``thesis...``.
     """
     names = [column.lower() for column in table.columns]
-    ends = zip(names, names[1:], names[2:], strict=False)
-    at = next((i for i, (a, b, c) in enumerate(ends) if a.startswith("rate") and (b, c) == ("low", "high")), None)
-    if at is None:
-        return ()
+    after = next((i for i, pair in enumerate(pairwise(names)) if pair == ("low", "high")), 0)
+    if after == 0:
+        return None
+    at = after - 1
     words = [i for i in range(at) if all(_is_word(row[i]) for row in table.rows)]
     varied = [i for i in words if len({row[i] for row in table.rows}) > 1]
     thesis = next((i for i, name in enumerate(names) if name.startswith("thesis")), None)
     found = []
     for row in table.rows:
-        numbers = [cell for cell in row[at : at + 3] if isinstance(cell, int | float) and 0 <= cell <= 1]
+        numbers = [float(c) for c in row[at : at + 3] if isinstance(c, int | float) and math.isfinite(c)]
         if len(numbers) == 3:
             group = str(row[varied[0]]) if len(varied) > 1 else ""
             label = ", ".join(str(row[i]) for i in (varied[1:] if len(varied) > 1 else varied))
             printed = _share(row[thesis]) if thesis is not None else None
-            value, low, high = map(float, numbers)
+            value, low, high = numbers
             found.append(Interval(group, label, value, low, high, printed))
-    return tuple(found)
+    return Intervals(table.columns[at], tuple(found)) if found else None
 
 
 def reference_densities(network: Network, quantity: str) -> Figure:

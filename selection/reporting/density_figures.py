@@ -206,7 +206,7 @@ def _frame(axes: Any, title: str, factor: float, low: float, high: float, log: b
     axes.set_yticks([])
     if log:
         axes.set_xscale("log")
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:,.4g}".replace(",", "\u202f")))
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _: _tick(v)))
         if math.log10(high / low) > 6:
             axes.xaxis.get_major_locator().set_params(numticks=6)
     else:
@@ -214,10 +214,17 @@ def _frame(axes: Any, title: str, factor: float, low: float, high: float, log: b
     axes.set_xlim(low * factor, high * factor)
 
 
+def _tick(value: float) -> str:
+    """Return a power of ten as a label."""
+    if 1e-3 < value < 1e5:
+        return f"{value:,.4g}".replace(",", "\u202f")
+    return "10" + str(round(math.log10(value))).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
 def _range(classes: list[_Class], reading: Measurement) -> tuple[float, float, bool]:
     """Return the ends of an axis on which the listed classes and the reading are to be seen."""
     counted = [c for c in classes if c.weight > COUNTED and c.name != UNKNOWN] or classes
-    lows, highs = [reading.mean - 4 * reading.sd], [reading.mean + 4 * reading.sd]
+    lows, highs = [reading.mean - 4 * reading.sd, reading.mean], [reading.mean + 4 * reading.sd]
     scale = classes[0].part.scale if classes else "linear"
     for one in counted:
         part = one.part

@@ -107,9 +107,15 @@ class Code:
 
 @dataclass(frozen=True)
 class Gallery:
-    """Figures, pictures and tables side by side where there is room."""
+    """Figures, pictures and tables side by side where there is room.
+
+    Attributes:
+        blocks: what is shown.
+        kind: a class of the style sheet besides, such as ``pictures``.
+    """
 
     blocks: tuple[Block, ...]
+    kind: str = ""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from selection.reporting.curve_figures import intervals, intervals_of, learning_
 from selection.reporting.document import Block, Document, Figure, Gallery, Section, Table
 from selection.reporting.document import paragraph as said
 from selection.reporting.files import write_document
-from selection.reporting.text import name_of, slug
+from selection.reporting.text import name_of, slug, title_of
 from selection.trials.result_tables import LearningCurve, ResultTable
 
 REPORT, DATA = "report.html", "report.json"
@@ -111,16 +111,19 @@ def experiment_document(
     """Return the page of an experiment."""
     blocks: list[Block] = [said(lead, kind="lead")] if lead else []
     style = styles([curve.label for curve in curves])
-    figures = dict.fromkeys(curve.figure for curve in curves)
-    drawn: list[Block] = [learning_curves([c for c in curves if c.figure == name], style) for name in figures]
-    if drawn:
-        blocks.append(Section("How knowledge grows", (Gallery(tuple(drawn)),)))
+    groups: dict[str, list[Block]] = {}
+    for name in dict.fromkeys(curve.figure for curve in curves):
+        own = [curve for curve in curves if curve.figure == name]
+        groups.setdefault(_world(own[0]), []).append(learning_curves(own, style))
     for table in tables:
         rates = intervals_of(table)
         chart: tuple[Figure, ...] = ()
         if rates:
-            chart = (intervals(f"{slug(table.name)}-rates", "Rate of correct conclusions", rates),)
+            chart = (intervals(f"{slug(table.name)}-{slug(rates.kind)}", rates),)
         blocks.append(Section(table.title, (Table(table, quiet=True), *chart)))
+    for world, drawn in groups.items():
+        label = "How knowledge grows"
+        blocks.append(Section(title_of(world or "Learning curves"), (Gallery(tuple(drawn)),), label))
     priors = [figure for name in references for figure in _reference(name)]
     if priors:
         blocks.append(Section("What was known of the materials", (Gallery(tuple(priors)),)))
@@ -139,6 +142,12 @@ def _reference(name: str) -> Iterable[Figure]:
     except InvalidInput:
         return []
     return [reference_densities(network, quantity) for quantity in network.property_names]
+
+
+def _world(curve: LearningCurve) -> str:
+    """Return what stands before a colon in the title of a plot; plots that share it stand together."""
+    before, colon, _ = curve.title.partition(": ")
+    return before if colon else ""
 
 
 def _curve(row: dict[str, Any]) -> LearningCurve:

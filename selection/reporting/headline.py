@@ -12,7 +12,7 @@ from selection.reporting.text import NO_BREAK, bits, interval, listed, name_of, 
 
 SURE, LIKELY = 0.95, 0.6
 MOST_FACTS = 4
-_DID = {"weigh": "weighed", "squeeze": "squeezed", "rub": "rubbed", "observe": "looked at", "look": "looked at"}
+_DID = {"weigh": "weighed", "squeeze": "squeezed", "rub": "rubbed", "observe": "looked at", "sound": "knocked"}
 
 
 def headline(page: RunPage) -> list[Block]:

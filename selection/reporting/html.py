@@ -74,7 +74,7 @@ def _block(block: Block, level: int) -> str:
         case Code():
             return f'<pre tabindex="0">{_text(block.text)}</pre>'
         case Gallery():
-            return f'<div class="gallery">{_blocks(block.blocks, level)}</div>'
+            return f'<div class="{f"gallery {block.kind}".strip()}">{_blocks(block.blocks, level)}</div>'
         case Folded():
             return f"<details><summary>{_text(block.summary)}</summary>{_blocks(block.blocks, level)}</details>"
         case Section():

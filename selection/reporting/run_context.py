@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from selection.reporting.analysis import Analysis
+from selection.reporting.document import Picture
 from selection.reporting.story import Story, as_number
 
 UNKNOWN = "unknown"
@@ -27,6 +28,7 @@ class RunPage:
     analyses: Mapping[int, Analysis]
     shades: Mapping[str, Mapping[str, str]]
     truth: Mapping[str, Any]
+    pictures: Mapping[int, tuple[Picture, ...]]
 
     def true_value(self, name: str) -> float | None:
         """Return what a quantity really is [SI unit], if it was told."""

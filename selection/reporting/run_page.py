@@ -12,7 +12,7 @@ from selection.reporting.document import paragraph as said
 from selection.reporting.files import write_document
 from selection.reporting.headline import headline
 from selection.reporting.palette import colours
-from selection.reporting.pictures import pictures_of
+from selection.reporting.pictures import BEFORE, pictures_of
 from selection.reporting.run_context import UNKNOWN, RunPage
 from selection.reporting.run_tables import (
     belief_table,
@@ -51,11 +51,11 @@ def run_document(story: Story, directory: Path) -> Document:
     """Return the page of a run."""
     analyses, notes = analyse(story)
     truth = story.result.get("truth")
-    page = RunPage(story, analyses, _shades(story), truth if isinstance(truth, Mapping) else {})
-    pictures = pictures_of(directory)
+    pictures = pictures_of(directory, [(step.number, step.choice) for step in story.acts])
+    page = RunPage(story, analyses, _shades(story), truth if isinstance(truth, Mapping) else {}, pictures)
     blocks: list[Block] = [*headline(page), *_found(page)]
-    if pictures:
-        blocks.append(Section("What it looked like", (Gallery(pictures),)))
+    if pictures.get(BEFORE):
+        blocks.append(Section("What it looked like", (Gallery(pictures[BEFORE], "pictures"),)))
     blocks += [step_section(page, step) for step in story.acts]
     blocks += stop_section(page)
     blocks.append(_numbers(page))

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimation.stiffness.fit import CURVE, ONSET, predict
-from selection.reporting.analysis import Hold, Rubbing, Squeezing
+from selection.reporting.analysis import Hold, Pinching, Rubbing, Squeezing
 from selection.reporting.document import Figure
 from selection.reporting.drawing import SMALL, Sheet, bare, drawing, only_horizontal_grid
 from selection.reporting.palette import LIGHT
-from selection.reporting.text import number, plain, quantity
+from selection.reporting.text import listed, number, plain, quantity
 
 Array = NDArray[np.float64]
 
@@ -180,6 +180,38 @@ def friction(name: str, rubbing: Rubbing) -> Figure:
             f"Pressed on with {number(float(np.nanmean(normal)))} N on average. Line and band: the coefficient "
             "found.",
             f"Ratio of tangential to normal force over {len(ratio)} strokes; friction {quantity(mean, sd, '1')}.",
+        )
+
+
+def slides(name: str, pinching: Pinching) -> Figure:
+    """Draw what both pads pulled in every slide over what a pad pressed with, and the friction it came to."""
+    mean, sd = pinching.coefficient, pinching.sd
+    force = np.array([slide.force for slide in pinching.slides])
+    pull = np.array([slide.tangential for slide in pinching.slides])
+    with drawing():
+        sheet = Sheet(3.2)
+        axes = sheet.axes(0.62, 0.5, 0.14, 0.12)
+        only_horizontal_grid(axes)
+        right = 1.25 * float(np.max(force))
+        x = np.array([0.0, right])
+        axes.fill_between(x, 2 * (mean - sd) * x, 2 * (mean + sd) * x, color=INK, alpha=0.12, linewidth=0)
+        axes.plot(x, 2 * mean * x, color=INK, label=f"2 μ F, μ = {quantity(mean, sd, '1')}")
+        for slide in pinching.slides:
+            ends = [slide.before, slide.after]
+            axes.plot(ends, [slide.tangential] * 2, color=BLUE, linewidth=3, alpha=0.35)
+        axes.plot(force, pull, "o", color=BLUE, markersize=6, label="slides")
+        axes.set_xlim(0, right)
+        axes.set_ylim(0, 1.25 * max(float(np.max(pull)), 2 * mean * float(np.max(force))))
+        axes.set_xlabel("Force F of a pad [N]")
+        axes.set_ylabel("Pull of both pads [N]")
+        axes.legend(loc="upper left", borderaxespad=0.2)
+        told = [f"{number(p)} N at {number(f)} N" for f, p in zip(force.tolist(), pull.tolist(), strict=True)]
+        return sheet.finish(
+            name,
+            "Forces of the rub",
+            "The pads pinch the object and slide down its sides. Bars: the force before and after each slide.",
+            f"Pull of {len(told)} slides over the force of a pad: {listed(told)}; friction "
+            f"{quantity(mean, sd, '1')}.",
         )
 
 

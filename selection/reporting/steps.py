@@ -18,12 +18,18 @@ def step_section(page: RunPage, step: Step) -> Section:
     """Return the story of one step."""
     analysis = page.analyses.get(step.number, Analysis())
     blocks: list[Block] = [said(*_why(step)), _brought(step)]
-    blocks += [said(note, kind="note") for note in (*step.notes, *analysis.notes)]
+    failed = step.ok is False
+    notes = step.notes[1:] if failed else (*step.notes, *analysis.notes)
+    blocks += [said(note, kind="note") for note in notes]
+    if page.pictures.get(step.number):
+        blocks.append(Gallery(page.pictures[step.number], "pictures"))
     figures: list[Block] = []
     if step.scores:
         figures.append(belief_figures.gains(f"step-{step.number}-gains", step.scores, step.price, step.choice))
     if step.before is not None and step.after is not None:
         for variable in step.after.classes:
+            if step.before.classes.get(variable) == step.after.classes[variable]:
+                continue
             figures.append(
                 belief_figures.change(
                     f"step-{step.number}-{slug(variable)}",
@@ -33,6 +39,9 @@ def step_section(page: RunPage, step: Step) -> Section:
                     page.shades.get(variable, {}),
                 )
             )
+    for i, seen in enumerate(step.observations):
+        shades = page.shades.get(seen.variable, {})
+        figures.append(belief_figures.perceived(f"step-{step.number}-perceived-{i + 1}", seen, shades))
     densities, signals = _density_figures(page, step, analysis), _signal_figures(step, analysis)
     figures += [*signals[:1], *densities, *signals[1:]]
     blocks.append(Gallery(tuple(figures)))
@@ -58,19 +67,28 @@ def _why(step: Step) -> tuple[Any, ...]:
 
 def _brought(step: Step) -> Paragraph:
     words: list[Any] = []
-    if step.measurements:
+    if step.ok is False:
+        why = f": {step.notes[0]}" if step.notes else ""
+        words.append(f"It failed after {seconds(step.seconds)}{why}.")
+    elif step.measurements:
         words.append("Measured ")
         for i, one in enumerate(step.measurements):
             words.append("" if i == 0 else " and " if i == len(step.measurements) - 1 else ", ")
             words += [f"{name_of(one.property)} ", Strong(quantity(one.mean, one.sd, one.unit))]
         words.append(f" in {seconds(step.seconds)}." if math.isfinite(step.seconds) else ".")
-    elif step.ok is False:
-        words.append(f"It failed after {seconds(step.seconds)} and measured nothing.")
+    elif step.observations:
+        for i, seen in enumerate(step.observations):
+            words += [
+                "; " if i else "",
+                f"It seemed most like the {name_of(seen.variable)} ",
+                Strong(name_of(seen.best)),
+            ]
+        words.append(f" after {seconds(step.seconds)}." if math.isfinite(step.seconds) else ".")
     elif math.isfinite(step.seconds):
         words.append(f"It measured nothing in {seconds(step.seconds)}.")
     else:
         words.append("It measured nothing.")
-    if step.before is not None and step.after is not None and step.target in step.after.classes:
+    if step.ok is not False and step.before and step.after and step.target in step.after.classes:
         gained = step.before.entropy(step.target) - step.after.entropy(step.target)
         name, probability = step.after.best(step.target)
         if gained >= 0:
@@ -90,6 +108,8 @@ def _signal_figures(step: Step, analysis: Analysis) -> list[Figure]:
         found.append(signal_figures.gripper_signals(f"step-{step.number}-gripper", analysis.squeezing))
     if analysis.rubbing is not None:
         found.append(signal_figures.friction(f"step-{step.number}-friction", analysis.rubbing))
+    if analysis.pinching is not None:
+        found.append(signal_figures.slides(f"step-{step.number}-friction", analysis.pinching))
     return found
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from estimation.measurement import Measurement
+from estimation.observation import Observation
 from estimation.recording import Entry, Recorded, Recording, read_recording
 from estimation.reestimation.episodes import Episode, episodes_of
 from selection.reporting.text import clean
@@ -73,6 +74,7 @@ class Step:
         stop: why it stopped.
         episode: the action's phases, if any were recorded.
         measurements: what it measured.
+        observations: what it perceived of classes.
         notes: what else is known of it.
         seconds: robot time that it took [s]; NaN where it was interrupted.
         ok: whether it succeeded; None where nobody said.
@@ -87,6 +89,7 @@ class Step:
     stop: str
     episode: Episode | None
     measurements: tuple[Measurement, ...]
+    observations: tuple[Observation, ...]
     notes: tuple[str, ...]
     seconds: float
     ok: bool | None
@@ -217,6 +220,9 @@ def _step(
     earlier = [one for one in recording.beliefs if (one.time, one.row) <= at]
     later = [one for one in recording.beliefs if at < (one.time, one.row) <= end]
     measured = [m for m in recording.measurements if at < (m.time, m.row) <= end and m.action == choice]
+    observed = tuple(
+        o.observation for o in recording.observations if at < (o.time, o.row) <= end and o.action == choice
+    )
     after = believed(later[-1].data) if later and choice else None
     took = as_number(told.get("seconds"))
     if took is None:
@@ -234,9 +240,10 @@ def _step(
         stop=clean(data.get("stop") or ""),
         episode=_episode(episodes, choice, entry, following, measured),
         measurements=tuple(m.measurement for m in measured),
+        observations=observed,
         notes=tuple(notes),
         seconds=took,
-        ok=ok if isinstance(ok, bool) else (True if measured else None),
+        ok=ok if isinstance(ok, bool) else (True if measured or observed else None),
         before=believed(earlier[-1].data) if earlier else None,
         after=after,
     )

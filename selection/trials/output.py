@@ -7,17 +7,17 @@ from pathlib import Path
 from typing import TextIO
 
 from estimation.recording.files import to_json, write_atomically
+from selection.reporting import write_experiment_report
 from selection.result import versions
-from selection.trials.result_tables import LearningCurve, ResultTable, write_tables
+from selection.trials.result_tables import ResultTable, write_tables
 from selection.trials.studies import Outcome
 
-_REFERENCES = ("thesis-3.1-erratum", "thesis-3.2")
-_CROWDING = ("no messages", "all classes", "exact, category")
 FORMAT = "palpate-experiments/1"
+REFERENCES = ("thesis-3.1-erratum",)
 
 
 def write(outcome: Outcome, directory: Path, json: Path | None, page: bool = True) -> None:
-    """Write one CSV a table and a plot, a page, and everything as JSON if a file is named.
+    """Write one CSV a table and a plot, the page of it all, and everything as JSON if a file is named.
 
     Args:
         outcome: what the studies came to.
@@ -30,15 +30,15 @@ def write(outcome: Outcome, directory: Path, json: Path | None, page: bool = Tru
     """
     write_tables(directory, outcome.tables, outcome.curves)
     if page:
-        from selection.reporting import write_experiment_report
-
+        facts = [*outcome.settings, *(("version of " + name, value) for name, value in versions().items())]
         write_experiment_report(
             directory,
             outcome.tables,
-            [curve for curve in outcome.curves if _is_drawn(curve)],
+            outcome.curves,
+            title="The experiments",
             lead=" ".join(outcome.found),
-            facts=(*outcome.settings, *versions().items()),
-            references=_REFERENCES,
+            facts=facts,
+            references=REFERENCES,
         )
     if json is not None:
         content = {
@@ -53,16 +53,12 @@ def write(outcome: Outcome, directory: Path, json: Path | None, page: bool = Tru
         write_atomically(json, to_json(str(json), content, indent=1) + "\n")
 
 
-def say(outcome: Outcome, directory: Path, out: TextIO) -> None:
+def say(outcome: Outcome, directory: Path, out: TextIO, page: bool = True) -> None:
     """Print the tables, and where the files are."""
     for table in outcome.tables:
         out.write(_lines(table) + "\n\n")
-    out.write(f"tables and curves as CSV: {directory}\n")
-
-
-def _is_drawn(curve: LearningCurve) -> bool:
-    """Tell whether a curve stands on the page: of the material, without the variants that crowd it."""
-    return "-material-" in curve.figure and not curve.label.endswith(_CROWDING)
+    shown = f"the page: {directory / 'report.html'}; " if page else ""
+    out.write(f"{shown}tables and curves as CSV: {directory}\n")
 
 
 def _lines(table: ResultTable) -> str:

@@ -8,7 +8,7 @@ import pytest
 from dynamics.errors import InvalidInput
 from selection.report import main
 from selection.reporting import write_experiment_report, write_report
-from selection.reporting.curve_figures import intervals_of, learning_curves, styles
+from selection.reporting.curve_figures import intervals, intervals_of, learning_curves, styles
 from selection.trials.result_tables import LearningCurve, ResultTable
 from tests.selection.reporting.test_run_page import HOSTILE, checked
 
@@ -16,7 +16,7 @@ TABLE = ResultTable(
     "virtual-proper",
     "Proper measurements",
     "Table 4.1 is reproduced but for mode 1.",
-    ("policy", "prior", "C/W/D/U", "rate", "low", "high", "thesis"),
+    ("policy", "prior", "C/W/D/U", "rate of C", "low", "high", "thesis C/W/D"),
     (
         ("mode 1", "correct", "3/1/0/0", 0.75, 0.3, 0.95, "4/0/1"),
         ("mode 1", "uniform", "0/4/0/0", 0.0, 0.0, 0.49, ""),
@@ -46,7 +46,7 @@ def test_tables_and_curves_are_on_the_page_and_beside_it(tmp_path):
     assert "perfectly calibrated" in page.text
     assert (path.parent / "tables" / "virtual-proper.csv").read_text() == TABLE.csv()
     drawn = {file.stem for file in (path.parent / "figures").iterdir()}
-    assert {"accuracy", "calibration", "virtual-proper-rates"} < drawn
+    assert {"accuracy", "calibration", "virtual-proper-rate-of-c"} < drawn
     assert sum(name.startswith("reference-") for name in drawn) == 2
 
 
@@ -98,13 +98,37 @@ def test_a_row_of_wrong_length_is_refused(tmp_path):
 
 def test_rates_are_read_off_a_table():
     found = intervals_of(TABLE)
-    assert [(row.group, row.label, row.value) for row in found] == [
+    assert found.kind == "rate of C"
+    assert found.are_rates
+    assert [(row.group, row.label, row.value) for row in found.rows] == [
         ("mode 1", "correct", 0.75),
         ("mode 1", "uniform", 0.0),
         ("mode 2", "correct", 1.0),
     ]
-    assert [row.thesis for row in found] == [0.8, None, 1.0]
-    assert intervals_of(ResultTable("t", "T", "", ("rate", "low"), ((0.5, 0.4),))) == ()
+    assert [row.thesis for row in found.rows] == [0.8, None, 1.0]
+    assert intervals_of(ResultTable("t", "T", "", ("rate", "low"), ((0.5, 0.4),))) is None
+
+
+def test_other_figures_with_intervals_are_drawn_on_an_axis_of_their_own():
+    rows = (("exact", 3.4, 3.0, 3.8), ("random", 5.1, 4.9, 5.3), ("lost", None, None, None))
+    found = intervals_of(ResultTable("t", "T", "", ("policy", "actions to be sure", "low", "high"), rows))
+    assert not found.are_rates
+    assert [row.label for row in found.rows] == ["exact", "random"]
+    figure = intervals("t", found)
+    assert "exact 3.40 and random 5.10" in figure.alt
+    assert "Actions to be sure" in figure.inline
+
+
+def test_plots_of_one_world_stand_together(tmp_path):
+    def of(world, name):
+        return LearningCurve(
+            f"{world}-{name}", f"{world}: {name}", "exact", "a", "b", (0.0,), (1.0,), (1.0,), (1.0,)
+        )
+
+    curves = [of("easy", "accuracy"), of("hard", "accuracy"), of("easy", "score")]
+    page = checked(write_experiment_report(tmp_path, [], curves))
+    order = [page.text.index(word) for word in ("Easy", "Accuracy against a", "Score against a", "Hard")]
+    assert order == sorted(order)
 
 
 def test_a_policy_looks_the_same_in_every_plot():

@@ -204,7 +204,7 @@ def test_an_action_that_failed_is_told_with_its_reason(default_run, tmp_path):
     result["actions"][1] |= {"ok": False, "notes": ["dropped: the object fell"], "measurements": []}
     (failed / "result.json").write_text(json.dumps(result))
     page = checked(write_run_report(failed))
-    assert "dropped: the object fell" in page.text
+    assert "It failed after 30 s: dropped: the object fell." in page.text
 
 
 @pytest.mark.parametrize(
@@ -257,20 +257,35 @@ def test_many_measurements_are_bounded_on_the_page_and_whole_in_the_table(monkey
     assert len((tmp_path / "long" / "tables" / "measurements.csv").read_text().splitlines()) == count + 1
 
 
-def test_pictures_are_shown_in_order_and_what_is_none_is_passed_over(tmp_path):
+def test_pictures_stand_with_their_steps_and_what_is_none_is_passed_over(tmp_path):
     from PIL import Image
+
+    from selection.reporting.pictures import BEFORE, pictures_of
 
     directory = tmp_path / "run"
     RunWriter.create(directory, {}, "thing").close()
     pictures = directory / "pictures"
     pictures.mkdir()
-    Image.new("RGBA", (3000, 200), "red").save(pictures / "02-squeeze.png")
-    Image.new("L", (20, 20)).save(pictures / "01-before-the-start.png")
-    (pictures / "03-broken.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"\0" * 50)
-    (pictures / "04-text.png").write_text("no picture")
+    names = (
+        "begin-overview", "weigh-held-wrist", "weigh-done-overview", "weigh-done-close", "squeeze-failed-close",
+        "weigh-held-wrist", "weigh-done-close",
+    )  # fmt: skip
+    for i, name in enumerate(names):
+        Image.new("RGBA" if i else "L", (3000, 200)).save(pictures / f"{i:02d}-{name}.png")
+    (pictures / "07-broken.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"\0" * 50)
+    (pictures / "08-text.png").write_text("no picture")
+    acts = [(1, "weigh"), (2, "squeeze"), (3, "weigh"), (4, "rub")]
+    found = {place: [p.name for p in kept] for place, kept in pictures_of(directory, acts).items() if kept}
+    assert found == {
+        BEFORE: ["00-begin-overview"],
+        1: ["01-weigh-held-wrist", "02-weigh-done-overview", "03-weigh-done-close"],
+        2: ["04-squeeze-failed-close"],
+        3: ["05-weigh-held-wrist", "06-weigh-done-close"],
+    }
     page = checked(write_run_report(directory))
     shown = [attributes["alt"] for tag, attributes in page.attributes if tag == "img"]
-    assert shown == ["Before the start", "Squeeze"]
+    assert shown[0] == "Before the start, from afar"
+    assert len(page.text) < 5000
 
 
 def test_command_line(default_run, tmp_path, capsys):
