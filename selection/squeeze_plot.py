@@ -28,8 +28,9 @@ def plot(directory: Path, squeezes: Sequence[Squeezed], truth: Truth, title: str
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    # A fixed salt: the same squeezes give the same file.
-    with rc_context({"svg.hashsalt": "palpate", "font.size": 10}):
+    from selection.reporting.drawing import look
+
+    with rc_context(look() | {"savefig.facecolor": "white"}):
         figure = Figure(figsize=(7.2, 9.0), layout="constrained")
         FigureCanvasAgg(figure)
         over_force, over_opening, over_strain = figure.subplots(3, 1, height_ratios=(1, 1, 1.5))

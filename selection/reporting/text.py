@@ -125,7 +125,13 @@ def date(iso: str) -> str:
 
 def bits(value: float) -> str:
     """Return an amount of information: ``2.32 bit``."""
-    return f"{value:.2f}{NO_BREAK}bit".replace("-", "−")
+    return f"{signed(value)}{NO_BREAK}bit"
+
+
+def signed(value: float, decimals: int = 2) -> str:
+    """Return a number with so many decimals, a true minus, and no minus before zero."""
+    text = f"{value:.{decimals}f}"
+    return text.replace("-", "−") if float(text) else f"{0:.{decimals}f}"
 
 
 def listed(parts: Sequence[str]) -> str:
