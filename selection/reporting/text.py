@@ -33,9 +33,14 @@ def name_of(text: object, longest: int = LONGEST_NAME) -> str:
     return clean(" ".join(str(text).split()), longest)
 
 
-def title_of(text: object) -> str:
+def typeset(text: str) -> str:
+    """Return text with the signs of print for those of a keyboard: at least, at most, plus or minus."""
+    return text.replace(">=", "≥").replace("<=", "≤").replace("+-", "±")
+
+
+def title_of(text: object, longest: int = LONGEST_NAME) -> str:
     """Return a name as it begins a line: with a capital letter."""
-    name = name_of(text)
+    name = name_of(text, longest)
     return name[:1].upper() + name[1:]
 
 
