@@ -29,7 +29,7 @@ from estimation.squeezing import air_current
 Array = NDArray[np.float64]
 
 SLIDING_SHARE = 0.5  # of the time of a slide, its end: before, the object is sheared and does not slide yet
-LIMIT = 60.0  # percentile of the force in a slide: a little over the median, for pads stick now and then
+LIMIT = 65.0  # percentile of the force in a slide: a little over the median, for pads stick now and then
 SMOOTH, SMOOTH_AIR = 3, 7  # samples of a running mean of the torques, with contact and without
 GROWN = 1.15  # ratio of the forces after and before a slide above which the later one is the force that slid
 SLIDE_SD = 0.08  # relative; scatter of one slide, from the simulation: stick and slip, and what F does meanwhile
@@ -37,6 +37,7 @@ PINCH_SD = (
     0.05  # relative, common to all slides: where in the stick-slip the limit is, forces off the sides' plane
 )
 NEVER_SLID = 1.8  # ratio of the force at the end over that in the middle of the way; 2 where nothing slides
+NEAR = 5  # samples of a closing that tell the force at its start or end
 FELT = 0.5  # N; smaller forces cannot be told from the gripper's own friction
 
 
@@ -190,22 +191,34 @@ def _press(
 ) -> tuple[float, float, float] | None:
     """Return the force of a pad at the start and the end of a closing and their sd [N]; None if it says nothing.
 
-    The closing starts and ends at rest: its way goes as 2 t^2 and then 1 - 2 (1 - t)^2, the force with the way.
+    A closing speeds up evenly at first, and slows down evenly at last: the force goes with the square of the time.
     """
     at = np.flatnonzero([s.effort > locked for s in samples])
-    if len(at) < 2:
+    if not len(at):
         return None
     used = samples[at[0] : at[-1] + 1]
     motor = gripper.force_per_ampere * (np.array([s.effort for s in used]) - air) + gripper.friction_force
     swing = np.array([gripper.swing(s.opening) for s in used])
     force = motor - swing * np.array([tangential(arm, s, free) for s in used]) / 2
-    time = np.arange(1, len(used) + 1) / len(used)
-    way = np.where(time < 0.5, 2 * time**2, 1 - 2 * (1 - time) ** 2)
-    design = np.stack([1 - way, way], axis=1)
-    ends, *_ = np.linalg.lstsq(design, force, rcond=None)
-    residual = force - design @ ends
-    scatter = float(np.sqrt(residual @ residual / max(len(used) - 2, 1)))
-    return float(ends[0]), float(ends[1]), max(scatter, 0.01) * math.sqrt(2.0 / len(used) * 2)
+    steps = np.arange(1.0, len(force) + 1)
+    start, start_sd = _intercept(steps[:NEAR] ** 2, force[:NEAR])
+    end, end_sd = _intercept((steps[:NEAR] - 1) ** 2, force[::-1][:NEAR])
+    return start, end, math.hypot(start_sd, end_sd) / math.sqrt(2)
+
+
+def _intercept(x: Array, force: Array) -> tuple[float, float]:
+    """Return the value at 0 of a line through forces and its standard deviation [N]; the mean of fewer than 3."""
+    if len(force) < 3:
+        return float(force.mean()), float(np.ptp(force)) / 2
+    (slope, value), covariance = np.polyfit(x, force, 1), np.linalg.inv(_normal(x))
+    residual = force - slope * x - value
+    return float(value), math.sqrt(float(covariance[1, 1] * (residual @ residual)) / (len(force) - 2))
+
+
+def _normal(x: Array) -> Array:
+    design = np.stack([x, np.ones_like(x)], axis=1)
+    normal: Array = design.T @ design
+    return normal
 
 
 def _locked(effort: Sequence[float]) -> float:

@@ -18,6 +18,7 @@ from dynamics.errors import InvalidInput
 from dynamics.gripper import ParallelGripper
 from dynamics.shapes import Shape
 from dynamics.signals import GripperReadings, Phase
+from estimation.carried import pull_of_weight
 from estimation.measurement import Measurement
 from estimation.stiffness import (
     CurveNoise,
@@ -53,6 +54,7 @@ def measure_squeeze(
     poisson: float = 0.3,
     rule: Rule = "auto",
     fill: float | None = None,
+    weight: float = 0.0,
 ) -> tuple[StiffnessEstimate, tuple[Measurement, ...]]:
     """Estimate the stiffness of a squeezed object and measure its elasticity and width.
 
@@ -68,6 +70,7 @@ def measure_squeeze(
         poisson: Poisson's ratio of the object.
         rule: how force spreads in the object, see :func:`dynamics.compression.geometry_of`.
         fill: share of its bounding box that the object fills, for a mesh.
+        weight: that hangs between the pads [N], see :mod:`estimation.carried`.
 
     Returns:
         The estimate, and measurements of ``elasticity`` [Pa] (unless it is a bound) and of ``width`` [m] (unless
@@ -92,11 +95,9 @@ def measure_squeeze(
             quantum = RIGID_STRAIN * size[0]
             closing = [replace(r, opening=np.round(r.opening / quantum) * quantum) for r in closing]
     locked = locked_current([phase.gripper() for phase in phases if phase.name == "dwell"])
-    opening, effort, speed = closing_readings(closing, quantum, locked, stuck=rigid)
-    force = gripper.force_per_ampere * (effort - air)
     geometry = geometry_of(shape, size, gripper, poisson=poisson, rule=rule, fill=fill)
     noise = CurveNoise(
-        stress_sd=_force_sd(np.zeros(len(force)), gripper) / geometry.area,
+        stress_sd=_force_sd(np.zeros(1), gripper) / geometry.area,
         scale_known=False,
         strain_quantum=quantum / geometry.width,
         baseline_sd=max(air_sd * gripper.force_per_ampere, 1e-6) / geometry.area,
@@ -109,6 +110,11 @@ def measure_squeeze(
     reported_sd = _force_sd(np.maximum(reported_force, 0.0), gripper)
     estimate = hardly_gives(reported, reported_force, reported_sd, quantum, geometry, noise)
     if estimate is None:
+        opening, effort, speed = closing_readings(closing, quantum, locked, stuck=rigid)
+        force = gripper.force_per_ampere * (effort - air)
+        if weight > 0:
+            force = force + pull_of_weight(gripper, weight, opening)
+        noise = replace(noise, stress_sd=_force_sd(np.zeros(len(force)), gripper) / geometry.area)
         try:
             estimate = _estimate(force, opening, speed, geometry, noise, gripper)
         except TooLittleCompression as little:
@@ -136,7 +142,8 @@ def _estimate(
     gripper: ParallelGripper,
 ) -> StiffnessEstimate:
     """Return the estimate with the noise and the delay that fit the readings best."""
-    degree = 3 if _begins_early(force) else 1
+    # What Hertz's law leaves out at large strains would be taken for a curvature of the material.
+    degree = 3 if geometry.law != "hertz" and _begins_early(force) else 1
     first = estimate_stiffness(
         stress_strain(force, opening, geometry), noise, min_ticks=FEW_TICKS, max_degree=degree
     )

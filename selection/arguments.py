@@ -38,6 +38,18 @@ def parser() -> argparse.ArgumentParser:
         "--noise", default="default", metavar="default|none|FILE", help="errors of the simulated sensors"
     )
     made.add_argument(
+        "--target",
+        default="material",
+        metavar="NAME",
+        help="what to learn about: material, category, both, a property, or everything",
+    )
+    made.add_argument(
+        "--fidelity",
+        choices=("uniform", "indentation"),
+        default="uniform",
+        help="a simulated object is strained evenly, or sinks in under the pads",
+    )
+    made.add_argument(
         "--confidence",
         type=_probability,
         default=0.99,
@@ -59,7 +71,12 @@ def parser() -> argparse.ArgumentParser:
         metavar="default|none|FILE.json",
         help="what the camera sees: drawn by the reference's confusion matrix, nothing, or as a file says",
     )
-    made.add_argument("--lookahead", action="store_true", help="plan two steps ahead where that is worthwhile")
+    made.add_argument(
+        "--lookahead",
+        choices=("auto", "never"),
+        default="auto",
+        help="plan two steps ahead where that is worthwhile, or never (%(default)s)",
+    )
     made.add_argument(
         "--save-as",
         metavar="NAME",
@@ -124,6 +141,7 @@ def robot_request(given: argparse.Namespace, object_file: Path) -> RobotRequest:
         udp_port=given.udp_port,
         tare=given.offsets,
         load_spread=given.load_spread,
+        fidelity=given.fidelity,
         yes=given.yes,
         draws=wants_pictures(given) or given.video is not None,
         dry_run=given.dry_run,

@@ -36,14 +36,15 @@ class Settings:
         price: of time [bits/s].
         confidence: probability of a class at which to stop.
         budget: robot time to spend at most [s].
-        lookahead: whether to plan two steps ahead where that is worthwhile.
+        lookahead: whether to plan two steps ahead where that is worthwhile: where the budget does not hold all
+            actions.
     """
 
     target: str = "material"
     price: float = 0.01
     confidence: float = 0.95
     budget: float = float("inf")
-    lookahead: bool = False
+    lookahead: bool = True
 
 
 @dataclass(frozen=True)
@@ -216,7 +217,7 @@ class Exploration:
         settings = self._settings
         decision = (decide if settings.lookahead else plan)(
             self.belief,
-            tuple(self._models.values()),
+            tuple(_grasping_anew(model) for model in self._models.values()),
             settings.target,
             settings.price,
             self._state,
@@ -337,6 +338,11 @@ def belief_record(belief: Belief) -> dict[str, object]:
 def _in_order(past: Recording) -> list[Recorded | Observed]:
     """Return what was measured and perceived, in order of time."""
     return sorted([*past.measurements, *past.observations], key=lambda one: one.time)
+
+
+def _grasping_anew(model: ActionModel) -> ActionModel:
+    """Return an action with its set-up as part of it, as every action here puts the object back at its end."""
+    return replace(model, seconds=model.seconds + model.setup_seconds, setup=None, setup_seconds=0.0)
 
 
 def _free_hand(state: PlanState) -> PlanState:

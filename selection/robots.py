@@ -40,6 +40,7 @@ class RobotRequest:
         revision, vision: which Gen3 it is.
         host, tcp_port, udp_port: where a real arm listens.
         tare: file of a tare of a real arm's torque sensors.
+        fidelity: how a simulated object deforms, ``uniform`` or ``indentation``.
         load_spread: what the pads' load does in an object between a real gripper's pads, ``pad`` or ``face``.
         yes: do not ask before a real arm's first motion.
         draws: whether a simulated robot will be asked for pictures.
@@ -56,6 +57,7 @@ class RobotRequest:
     udp_port: int = 10001
     tare: Path | None = None
     load_spread: LoadSpread = "pad"
+    fidelity: Literal["uniform", "indentation"] = "uniform"
     yes: bool = False
     draws: bool = False
     dry_run: bool = False
@@ -132,12 +134,15 @@ def _simulated(request: RobotRequest) -> OpenedRobot:
         from sim.opengl import choose_backend
 
         choose_backend()
+    from selection.actions.reach import find_grasp, free_space
     from sim.robot import MujocoRobot
     from sim.truth import read_truth
 
     truth = read_truth(request.object_file)
+    arm, gripper, still = simulated_at_rest(request.revision, request.vision)
+    find_grasp(gripper, free_space(arm, truth.declared, still.q), truth.declared, still.q)  # or it is refused
     noise = _noise(request.noise)
-    robot = MujocoRobot(truth, noise, request.seed, revision=request.revision, vision=request.vision)
+    robot = MujocoRobot(truth, noise, request.seed, request.fidelity, request.revision, request.vision)
     classes = {MATERIAL: truth.material, CATEGORY: truth.category}
     return OpenedRobot(
         robot,

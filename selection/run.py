@@ -44,6 +44,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _explore(given: argparse.Namespace) -> int:
     """Check everything, then explore; nothing is written before all of it is known to be usable."""
+    from dynamics.errors import UnknownName
     from dynamics.objects import read_declared
     from estimation.belief import Belief
     from estimation.network import Network
@@ -55,6 +56,7 @@ def _explore(given: argparse.Namespace) -> int:
     from selection.display import report
     from selection.exploration import Exploration, Settings
     from selection.eyes import chosen_senses, read_vision
+    from selection.information import targets
     from selection.result import result_of
     from selection.robots import open_robot
     from selection.sights import Sights, Together
@@ -67,6 +69,8 @@ def _explore(given: argparse.Namespace) -> int:
     source = object_file(given.object)
     network = Network.from_file(given.reference)
     prior = parse_prior(given.prior, network, "--prior")
+    if given.target not in targets(network):
+        raise UnknownName("--target", given.target, targets(network))
     eyes = None
     if given.vision not in ("default", "none"):
         eyes = read_vision(Path(given.vision), network)
@@ -78,7 +82,7 @@ def _explore(given: argparse.Namespace) -> int:
     watcher = _watcher(given.quiet, plain=given.dry_run)
     recorded: Path | None = None
     try:
-        settings = Settings("material", given.price, given.confidence, given.budget, given.lookahead)
+        settings = Settings(given.target, given.price, given.confidence, given.budget, given.lookahead == "auto")
         actions = repertoire(chosen_senses(opened.senses(network), eyes, given.vision, not given.no_vision))
         if given.dry_run:
             stand_in = StandIn(opened.robot, declared, opened.judge)

@@ -22,7 +22,7 @@ from dynamics.gripper import ParallelGripper
 from dynamics.signals import Phase
 from sim.bench_scene import MAX_STRAIN, SIDES, Layout, bench_mjcf, damping_of, layout_of
 from sim.bodies import Fidelity, prepare
-from sim.contact import contact_law, own_stiffness
+from sim.contact import OVERDAMPED, contact_law, own_stiffness
 from sim.sensors import SensorModel, Sensors
 from sim.truth import RIGID_ABOVE, TrueObject
 
@@ -164,8 +164,8 @@ class Bench:
             raise InvalidInput("bench: Young's modulus [Pa]", young, f"of a soft body, 0 to {RIGID_ABOVE:g}")
         self._model.flex_stiffness[:] *= young / self.truth.young_modulus
         self.truth = dataclasses.replace(self.truth, young_modulus=young)
-        time_constant, impedance, damping = contact_law(self.truth, self.timestep)
-        self._model.flex_solref[:] = [time_constant, damping]
+        time_constant, impedance = contact_law(self.truth, self.timestep)
+        self._model.flex_solref[:] = [time_constant, OVERDAMPED]
         self._model.flex_solimp[:, :2] = impedance
         self._model.body_invweight0[:] = self._weights
         prepare(self._model, self.truth, self.timestep)
@@ -216,7 +216,8 @@ class Bench:
                 )
                 for row in range(start + every - 1, stop, every)
             )
-            phases.append(Phase("squeeze", name, self._count, samples))
+            if samples:
+                phases.append(Phase("squeeze", name, self._count, samples))
         self._clock += self.timestep * len(pressed.time)
         self._count += 1
         return tuple(phases)

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from dynamics.mesh import Mesh
 from sim import surfaces
 from sim.calibration import modulus_factor
-from sim.contact import TIMESTEP, contact_law, contact_saturation
+from sim.contact import OVERDAMPED, TIMESTEP, contact_law, contact_saturation
 from sim.truth import TrueObject
 
 if TYPE_CHECKING:
@@ -168,10 +168,10 @@ def _rigid(truth: TrueObject, place: dict[str, str], timestep: float) -> ET.Elem
 
 
 def _touch(truth: TrueObject, timestep: float, spin_and_roll: str) -> dict[str, str]:
-    time_constant, impedance, damping = contact_law(truth, timestep)
+    time_constant, impedance = contact_law(truth, timestep)
     return {
         "friction": f"{truth.friction} {spin_and_roll}",
-        "solref": f"{time_constant} {damping}",
+        "solref": f"{time_constant} {OVERDAMPED}",
         "solimp": f"{impedance} {impedance} 0.001",
         "priority": "2",
         "contype": "1",

@@ -27,12 +27,12 @@ def own_stiffness(truth: TrueObject) -> float:
     return min(truth.young_modulus, RIGID_ABOVE) * truth.volume / length**2
 
 
-def contact_law(truth: TrueObject, timestep: float = TIMESTEP) -> tuple[float, float, float]:
-    """Return the contact's time constant [s], impedance [-] and damping ratio [-] that make it ``STIFFER``.
+def contact_law(truth: TrueObject, timestep: float = TIMESTEP) -> tuple[float, float]:
+    """Return the contact's time constant [s] and impedance [-] that make it ``STIFFER`` than the object.
 
     The time constant is the shortest that the integrator can follow, T = 2 time steps, and the damping ratio
     ``OVERDAMPED``, so that d (1 - d) = m / (k (T z)^2). Where that takes an impedance outside of MuJoCo's range,
-    the time constant is longer or the damping less.
+    the time constant is longer, or the contact too soft.
     """
     stiffness = STIFFER * own_stiffness(truth)
     time_constant = 2 * timestep
@@ -40,9 +40,7 @@ def contact_law(truth: TrueObject, timestep: float = TIMESTEP) -> tuple[float, f
     impedance = (1 + math.sqrt(max(1 - 4 * share, 0.0))) / 2
     impedance = min(max(impedance, IMPEDANCES[0]), IMPEDANCES[1])
     wanted = math.sqrt(truth.mass / (stiffness * impedance * (1 - impedance)))  # T z
-    if wanted >= time_constant * OVERDAMPED:
-        return wanted / OVERDAMPED, impedance, OVERDAMPED
-    return time_constant, impedance, max(wanted / time_constant, 1.0)
+    return max(wanted / OVERDAMPED, time_constant), impedance
 
 
 def contact_saturation(truth: TrueObject, timestep: float = TIMESTEP) -> float:
@@ -51,6 +49,6 @@ def contact_saturation(truth: TrueObject, timestep: float = TIMESTEP) -> float:
     For a light and stiff object even the largest impedance is too soft at this time step; scaling the object's
     inverse weight in the contact solver by the inverse of this number restores the ratio.
     """
-    time_constant, impedance, damping = contact_law(truth, timestep)
-    reached = truth.mass / (impedance * (1 - impedance) * (time_constant * damping) ** 2)
+    time_constant, impedance = contact_law(truth, timestep)
+    reached = truth.mass / (impedance * (1 - impedance) * (time_constant * OVERDAMPED) ** 2)
     return STIFFER * own_stiffness(truth) / reached

@@ -25,7 +25,7 @@ from dynamics.trajectory import Trajectory
 from models.robot import Revision
 from sim.bodies import Fidelity, prepare
 from sim.contact import TIMESTEP
-from sim.opengl import PACKAGES
+from sim.opengl import PACKAGES, check_drawing
 from sim.scene import ARM_GAINS, GRIPPER_DAMPING, GRIPPER_STIFFNESS, scene_mjcf
 from sim.sensors import SensorModel, Sensors
 from sim.truth import TrueObject
@@ -201,6 +201,7 @@ class MujocoRobot:
         """
         if camera not in self.cameras:
             raise UnknownName("camera", camera, self.cameras)
+        check_drawing()
         try:
             if (width, height) not in self._renderers:
                 with warnings.catch_warnings():

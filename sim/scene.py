@@ -6,8 +6,10 @@ soft-body elasticity implicitly; what the object is made of stands in `sim.bodie
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
 
+from dynamics.errors import InvalidInput
 from dynamics.gripper import ParallelGripper
 from models.robot import Revision, gen3_mjcf
 from sim.bodies import Fidelity, add_object
@@ -16,6 +18,7 @@ from sim.contact import TIMESTEP
 from sim.truth import TrueObject
 
 TABLE_SIZE = (1.2, 1.6, 0.04)  # m, full lengths; its top is at z = 0, the arm's mounting face
+TABLE_MIDDLE = (0.3, 0.0)  # m, from the arm's base
 ARM_GAINS = {"large": (2000.0, 100.0, 105.0), "small": (500.0, 50.0, 52.0)}  # N m/rad, N m s/rad, N m
 GRIPPER_STIFFNESS = 1000.0  # N m/rad, of the drive that holds the fingers where they are
 GRIPPER_DAMPING = 10.0  # N m s/rad
@@ -36,7 +39,11 @@ def scene_mjcf(
         gripper: gives the lever of the grip force.
         revision, vision: which arm.
         fidelity: how the object deforms, see `sim.bodies`.
+
+    Raises:
+        InvalidInput: if the object would not stand on the table.
     """
+    _check_on_table(truth)
     root = ET.fromstring(gen3_mjcf(revision, vision, "2f85"))
     root.set("model", "palpate")
     ET.SubElement(
@@ -65,6 +72,16 @@ def scene_mjcf(
         _child(base, f".//geom[@name='{pad}']").set("friction", f"{truth.friction} 0.005 0.0001")
     _add_drives(root, gripper)
     return ET.tostring(root, encoding="unicode")
+
+
+def _check_on_table(truth: TrueObject) -> None:
+    known = truth.declared
+    reach = math.hypot(*truth.size[:2]) / 2
+    for place, middle, length in zip(known.position, TABLE_MIDDLE, TABLE_SIZE, strict=False):
+        if abs(place - middle) + reach > length / 2:
+            (x, _), (a, b, _) = TABLE_MIDDLE, TABLE_SIZE
+            valid = f"x {x - a / 2 + reach:.3f} to {x + a / 2 - reach:.3f} m, y within {b / 2 - reach:.3f} m of 0"
+            raise InvalidInput(f"{known.source}: position_m", list(known.position), f"on the table: {valid}")
 
 
 def _add_drives(root: ET.Element, gripper: ParallelGripper) -> None:
@@ -104,7 +121,7 @@ def _add_table(world: ET.Element) -> None:
         name="table",
         type="box",
         size=f"{x / 2} {y / 2} {z / 2}",
-        pos=f"0.3 0 {-z / 2}",
+        pos=f"{TABLE_MIDDLE[0]} {TABLE_MIDDLE[1]} {-z / 2}",
         rgba="0.62 0.66 0.7 1",
         contype="1",
         conaffinity="7",

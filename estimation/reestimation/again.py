@@ -120,6 +120,7 @@ def _weigh(state: _State, phases: Sequence[Phase], edge: int) -> Result:
 
 
 def _squeeze(state: _State, phases: Sequence[Phase], edge: int) -> Result:
+    from estimation.carried import held_weight
     from estimation.squeezing import measure_squeeze
 
     declared = state.known.declared
@@ -133,6 +134,7 @@ def _squeeze(state: _State, phases: Sequence[Phase], edge: int) -> Result:
         phases,
         size_sd=(sd[edge], sd[1 - edge], sd[2]),
         fill=state.size.fill,
+        weight=held_weight(state.known.arm, phases),
     )
     bound = () if estimate.bound is None else (f"stiffer than can be told: elasticity >= {estimate.bound:.3g} Pa",)
     return measurements, bound

@@ -18,7 +18,7 @@ from selection.planner import ActionModel
 
 Array = NDArray[np.float64]
 
-SLIDES = 4
+SLIDES = 5
 LEAST_STROKE = 0.004  # m that the pads must be able to go down
 RIM = 0.0005  # m between the pads' upper edge and the object's at the start
 APPROACH = 0.03  # m above the start from which it is approached, always downward: the joints' friction is the same
@@ -29,9 +29,10 @@ FIRST_FORCE, LEAST_FORCE, MOST_FORCE = 8.0, 3.0, 15.0  # N of a pad
 WANTED_PULL = 12.0  # N on both pads together
 GRIP_TRAVEL = 0.0025  # m that a pad's force may compress the object by, beyond the least force
 PRESS_SHARE = 0.4  # by which a press raises the force
-LONGEST_PRESS = 0.0015  # m
+SHORTEST_PRESS, LONGEST_PRESS = 1e-4, 0.0015  # m
+STEPS = 3  # of the opening's reading that a press is at least, for a gripper obeys no finer ones
 PRESSES = 6  # at most, to bring the force about
-BRACED = 1.0  # N that a slide must be felt by at least
+BRACED = 0.5  # N that a slide must be felt by at least
 _UPRIGHT = ("box",)  # shapes with sides that go straight up
 
 
@@ -85,7 +86,7 @@ class Rub:
                 hand.line(bottom, SLIDE_SPEED)
                 hand.robot.hold(REST)
             with hand.tape.phase(self.name, "press") as press:
-                _close_by(hand, travel)
+                _close_by(hand, travel, 2 * target, air)
             pull = _pull(hand, free, slide)
             if pull < BRACED:
                 raise ActionFailed(
@@ -117,13 +118,13 @@ class Rub:
         travel = 0.0
         for _ in range(PRESSES):
             rise = max(target - force, PRESS_SHARE / 2 * target)
-            travel = min(rise / stiffness, LONGEST_PRESS)
+            travel = min(max(rise / stiffness, SHORTEST_PRESS), LONGEST_PRESS)
             with hand.tape.phase(self.name, "press") as press:
-                _close_by(hand, travel)
+                _close_by(hand, travel, target, air)
             force = _force(hand, press, air)
             if force >= 0.8 * target:
                 break
-        return min(PRESS_SHARE * target / stiffness, LONGEST_PRESS)
+        return min(max(PRESS_SHARE * target / stiffness, SHORTEST_PRESS), LONGEST_PRESS)
 
 
 def _stroke(hand: Hand) -> tuple[Array, Array]:
@@ -150,9 +151,12 @@ def _open_around(hand: Hand) -> None:
     hand.robot.grip(near, gripper.min_speed, MAX_EFFORT)
 
 
-def _close_by(hand: Hand, travel: float) -> None:
-    opening = hand.robot.read().opening
-    hand.robot.grip(max(opening - travel, 0.0), hand.robot.gripper.min_speed, MAX_EFFORT)
+def _close_by(hand: Hand, travel: float, most: float, air: float) -> None:
+    """Close further by a way, or until a pad presses with a force [m, N]."""
+    gripper = hand.robot.gripper
+    travel = max(travel, STEPS * gripper.opening_quantum)
+    limit = min(air + most / gripper.force_per_ampere, MAX_EFFORT)
+    hand.robot.grip(max(hand.robot.read().opening - travel, 0.0), gripper.min_speed, limit)
 
 
 def _force(hand: Hand, closing: Sequence[Sample], air: float) -> float:

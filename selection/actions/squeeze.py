@@ -96,6 +96,7 @@ class Squeeze:
 
     def measure(self, readings: Readings) -> Findings:
         """Measure elasticity and width."""
+        from estimation.carried import held_weight
         from estimation.squeezing import measure_squeeze
 
         size, sd, edge = readings.size.mean, readings.size.sd, readings.edge
@@ -106,6 +107,7 @@ class Squeeze:
             readings.phases,
             size_sd=(sd[edge], sd[1 - edge], sd[2]),
             fill=readings.size.fill,
+            weight=held_weight(readings.robot.arm, readings.phases),
         )
         notes: tuple[str, ...] = ()
         if estimate.bound is not None:

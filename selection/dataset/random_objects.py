@@ -49,8 +49,9 @@ class Ranges:
     """Within which objects are drawn: the limits of the simulator, the gripper and the table.
 
     Attributes:
-        young_modulus: [Pa]; above 1 MPa the simulator makes rigid bodies.
-        soft: of what is of no known material [Pa].
+        young_modulus: of soft objects, and of what is of no known material [Pa].
+        rigid: of what the simulator makes rigid, and what would not give by a tenth of a step of the gripper's
+            opening if it were not; between the two nothing is drawn [Pa].
         mass: [kg].
         friction: [-].
         poisson: [-]; 0 only by default, for elasticity is then exactly what a squeeze between pads shows.
@@ -63,8 +64,8 @@ class Ranges:
         shapes: which are drawn, evenly.
     """
 
-    young_modulus: Range = (5e3, 1e12)
-    soft: Range = (5e3, 1e6)
+    young_modulus: Range = (5e3, 1e6)
+    rigid: Range = (3e7, 1e12)
     mass: Range = (0.004, 1.0)
     friction: Range = (0.2, 1.0)
     poisson: Range = (0.0, 0.0)
@@ -196,8 +197,8 @@ class Sampler:
         raise InvalidInput(
             f"reference {self.network.name}",
             f"no material that can be made and held: {', '.join(self.network.materials)}",
-            "one with elasticity {:g} to {:g} Pa, mass {:g} to {:g} kg and friction {:g} to {:g}".format(
-                *self.ranges.young_modulus, *self.ranges.mass, *self.ranges.friction
+            "elasticity {:g} to {:g} or {:g} to {:g} Pa, mass {:g} to {:g} kg, friction {:g} to {:g}".format(
+                *self.ranges.young_modulus, *self.ranges.rigid, *self.ranges.mass, *self.ranges.friction
             ),
         )
 
@@ -217,19 +218,19 @@ class Sampler:
             declared=declared,
             size=size,
             mass=_short(_log_uniform(ranges.mass, rng) if density is None else density * volume),
-            young_modulus=_short(_log_uniform(ranges.soft, rng) if modulus is None else modulus),
+            young_modulus=_short(_log_uniform(ranges.young_modulus, rng) if modulus is None else modulus),
             poisson=_short(float(rng.uniform(*ranges.poisson))),
             friction=_short(float(rng.uniform(*ranges.friction)) if friction is None else friction),
             material=material,
         )
 
     def _is_within(self, drawn: RandomObject) -> bool:
-        bounds = {
-            drawn.young_modulus: self.ranges.young_modulus,
-            drawn.mass: self.ranges.mass,
-            drawn.friction: self.ranges.friction,
-        }
-        return all(low <= value <= high for value, (low, high) in bounds.items())
+        ranges = self.ranges
+        return (
+            any(_lies(drawn.young_modulus, bounds) for bounds in (ranges.young_modulus, ranges.rigid))
+            and _lies(drawn.mass, ranges.mass)
+            and _lies(drawn.friction, ranges.friction)
+        )
 
     def _size(self, shape: Shape, rng: np.random.Generator) -> Lengths:
         """Draw the declared extents; the one that is grasped lies along x or y, of round ones both can be."""
@@ -290,6 +291,10 @@ def _size_keys(shape: Shape, size: Lengths) -> dict[str, Any]:
     if shape == "cylinder":
         return {"diameter_m": size[0], "height_m": size[2]}
     return {"size_m": list(size)}
+
+
+def _lies(value: float, within: Range) -> bool:
+    return within[0] <= value <= within[1]
 
 
 def _log_uniform(bounds: Range, rng: np.random.Generator) -> float:

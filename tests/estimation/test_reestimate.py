@@ -123,7 +123,7 @@ class Story:
                 self.go(q, mass)
                 self.stand(mass, name=name)
             if not mass:
-                self.close(WIDTH, "")
+                self.close(WIDTH - 0.003, "")
 
     def squeeze(self) -> None:
         self.opening = 0.08

@@ -57,7 +57,7 @@ def test_planner_is_told_what_a_rub_informs():
     assert [sensor.property for sensor in model.sensors] == ["friction"]
     assert model.sensors[0] == dict(HOUSEHOLD.sensors)["rub"]
     assert model.repeat_cap == 1
-    assert Rub().model(Network.from_file("soft-cubes")) is None  # it knows nothing of friction
+    assert Rub().model(Network.from_file("thesis-3.1")) is None  # it knows nothing of friction
 
 
 def test_what_is_not_there_is_missed():

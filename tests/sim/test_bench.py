@@ -10,7 +10,7 @@ from estimation.squeezing import measure_squeeze
 from sim.bench import Bench, BenchError
 from sim.bench_scene import MAX_STRAIN, bench_mjcf, layout_of
 from sim.sensors import SensorModel
-from tests.sim.objects import CORNERS, EDGE, block
+from tests.sim.objects import CORNERS, EDGE, block, thing
 
 SLOW = 0.01  # m/s: the impact of the plates and the damping of the object matter little
 SKIN = (1 - 2e-4 / EDGE) ** 2  # the block's faces end at its vertices, 0.1 mm inside
@@ -32,6 +32,30 @@ def test_an_even_block_is_as_stiff_as_its_modulus_says(young, mass, plates):
     pressed = bench.press(ten_percent(bench, 0.003 if mass > 0.5 else SLOW))
     assert pressed.stiffness() == pytest.approx(young * EDGE * SKIN, rel=SMALL)
     assert pressed.imbalance < 0.01 * pressed.force.max()
+
+
+@pytest.mark.parametrize("shape", ["cylinder", "sphere", "ellipsoid", "mesh"])
+@pytest.mark.parametrize("plates", ["full", "pads"])
+def test_every_shape_is_as_stiff_as_its_mean_cross_section(shape, plates):
+    """F = E (V / L) u / L for a body that is strained evenly; the skin takes off up to 0.4 % of each length."""
+    truth = thing(shape)
+    bench = Bench(truth, plates, "fast")
+    assert bench.press(ten_percent(bench)).stiffness() == pytest.approx(
+        5e4 * truth.volume / bench.width**2, rel=0.015 + SMALL
+    )
+
+
+def test_what_flows_keeps_its_shape():
+    """A body that yields loses most of the work; one that does not gives nearly all of it back."""
+    loss = {}
+    for yield_strain in (0.0, 0.03):
+        bench = Bench(thing("box", yield_strain=yield_strain), "full", "fast", "indentation")
+        pressed = bench.press(ten_percent(bench))
+        work = np.sum((pressed.force[1:] + pressed.force[:-1]) / 2 * -np.diff(pressed.opening))
+        loading = pressed.rows("compress")
+        done = np.sum(pressed.force[loading][1:] * -np.diff(pressed.opening[loading]))
+        loss[yield_strain] = work / done
+    assert loss[0.0] < 0.05 < 0.3 < loss[0.03]
 
 
 def test_force_is_that_of_the_compression_at_rest():
