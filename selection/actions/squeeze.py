@@ -13,7 +13,8 @@ from selection.actions.action import Findings, Readings
 from selection.actions.hand import MAX_EFFORT, Hand
 from selection.planner import ActionModel
 
-LIFT = 0.012  # m above the table: the pads swing as they close and would press the object into it
+CLEARANCE = 0.006  # m that is left to the table when the object is squeezed most
+BULGE = 0.1  # of its height, by which an object that is squeezed grows downward at most: 0.45 MAX_STRAIN / 2
 STEP = 0.0015  # m of closing a step
 DWELL = 0.15  # s between steps
 TRAVEL = 0.03  # m of closing altogether: a stiff object gives little at a time and is squeezed more often
@@ -60,7 +61,7 @@ class Squeeze:
             hand.robot.hold(_LOOK)
         hand.grasp(self.name)
         closing = hand.closing
-        hand.lift(LIFT)
+        hand.lift(_lift(hand))
         hand.settle()
         with hand.tape.phase(self.name, "look") as laden:
             hand.robot.hold(_LOOK)
@@ -70,7 +71,8 @@ class Squeeze:
         while cycle < LEAST_CYCLES or (travel < TRAVEL and cycle < MOST_CYCLES):
             # Cycles start a share of the opening's step apart, so that its coarse reading differs.
             shift = (cycle % LEAST_CYCLES) / LEAST_CYCLES * hand.robot.gripper.opening_quantum
-            opening = max(start - shift, hand.robot.read().opening)
+            # Not looser than it is: what is rigid would fall within one step of the opening's reading.
+            opening = max(start - shift, hand.robot.read().opening - hand.robot.gripper.opening_quantum)
             with hand.tape.phase(self.name, "release"):
                 hand.robot.grip(opening, hand.robot.gripper.min_speed, math.inf)
             travel += _compress(hand)
@@ -101,6 +103,13 @@ class Squeeze:
         return Findings(measurements, (f"stiffer than can be told: elasticity >= {estimate.bound:.3g} Pa",))
 
 
+def _lift(hand: Hand) -> float:
+    """Return how high to hold the object: the pads swing down as they close, and the object bulges [m]."""
+    gripper = hand.robot.gripper
+    swing = gripper.pad_depth((1 - MAX_STRAIN) * hand.width) - gripper.pad_depth(hand.width)
+    return CLEARANCE + swing + BULGE * hand.declared.size[2]
+
+
 def _compress(hand: Hand) -> float:
     """Close by steps until the strain or the force is enough; return how far the pads came [m]."""
     gripper = hand.robot.gripper
@@ -126,4 +135,5 @@ def _safe_opening(hand: Hand, closing: list[Sample], weight: float) -> float:
     force = _TABLE_SHEAR * _SAFETY * weight / (2 * _SLIPPERY)
     effort = (force + gripper.friction_force) / gripper.force_per_ampere + 2 * gripper.effort_quantum
     tight = [sample.opening for sample in closing if sample.effort >= effort]
-    return min(max(tight, default=hand.robot.read().opening), (1 - LEAST_STRAIN) * hand.width)
+    safe = max(tight, default=hand.robot.read().opening) - gripper.opening_quantum
+    return min(safe, (1 - LEAST_STRAIN) * hand.width)
