@@ -17,6 +17,7 @@ from pathlib import Path
 from dynamics.compression import Geometry
 from dynamics.errors import PalpateError
 from dynamics.signals import Phase
+from estimation.carried import held_weight
 from estimation.squeezing import measure_squeeze
 from selection.actions import Squeeze
 from selection.actions.hand import Hand
@@ -42,7 +43,9 @@ def ratio(modulus: float, mass: float, fidelity: str, kappa: float | None) -> fl
     try:
         robot, phases = squeeze(modulus, mass, fidelity)
         size = read_truth(OBJECT).size
-        estimate, _ = measure_squeeze(robot.gripper, "box", size, phases, poisson=0.0)
+        estimate, _ = measure_squeeze(
+            robot.gripper, "box", size, phases, poisson=0.0, weight=held_weight(robot.arm, phases)
+        )
     except PalpateError as error:
         return str(error)
     g: Geometry = estimate.geometry

@@ -136,6 +136,13 @@ class ParallelGripper:
             raise InvalidInput(f"{self.name}: opening", opening, f"0 to {self.max_opening} m")
         return math.asin(sine)
 
+    def swing(self, opening: float) -> float:
+        """Return how far the pads come down per way that each of them closes, at an opening [-].
+
+        A pad on a crank moves at a right angle to it: the tangent of the cranks' angle.
+        """
+        return math.tan(self.crank_angle(opening))
+
     def pad_depth(self, opening: float) -> float:
         """Return the distance from the flange to the pads' centre [m]; pads swing outward as they close."""
         reach = self.crank_length * math.cos(self.crank_angle(opening))

@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from dynamics.arm import Arm
 from dynamics.errors import InvalidInput
+from dynamics.gripper import ParallelGripper
 from dynamics.signals import JointReadings, Phase
 from estimation.friction import FrictionEstimate, Stroke, estimate_friction
 from estimation.measurement import Measurement
+from estimation.pinching import measure_pinched_rub
 
 Array = NDArray[np.float64]
 
@@ -19,9 +21,12 @@ RESAMPLED = 200  # readings of a stroke, taken at even shares of its way
 
 
 def measure_rub(
-    arm: Arm, phases: Sequence[Phase], *, gain_sd: float = 0.01
+    arm: Arm, phases: Sequence[Phase], *, gain_sd: float = 0.01, gripper: ParallelGripper | None = None
 ) -> tuple[FrictionEstimate, Measurement]:
-    """Estimate friction from strokes over a level surface and the same strokes in the air.
+    """Estimate friction from the phases of a rub: along the sides of a pinched object, or over a level surface.
+
+    With phases named ``press`` it is the former, see :mod:`estimation.pinching`, and needs the gripper. Otherwise
+    it is strokes over a level surface and the same strokes in the air.
 
     The torque that a stroke in the air needs (gravity, the joints' own friction in that direction) is taken off
     that of the stroke of the same index on the surface, at the same share of the way; what is left is
@@ -30,11 +35,14 @@ def measure_rub(
     Args:
         arm: its description.
         phases: ``slide``, one a stroke on the surface, and as many ``air``, one a stroke above it.
-        gain_sd: relative standard deviation of the torque sensors' scale.
+        gain_sd: relative standard deviation of the torque sensors' scale, over a level surface.
+        gripper: its description.
 
     Raises:
         InvalidInput: if the phases do not match, or a stroke does not move.
     """
+    if gripper is not None and any(phase.name == "press" for phase in phases):
+        return measure_pinched_rub(arm, gripper, phases)
     slides = [p.joints() for p in phases if p.name == "slide"]
     airs = [p.joints() for p in phases if p.name == "air"]
     if not slides or len(slides) != len(airs):

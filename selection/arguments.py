@@ -38,6 +38,18 @@ def parser() -> argparse.ArgumentParser:
         "--noise", default="default", metavar="default|none|FILE", help="errors of the simulated sensors"
     )
     made.add_argument(
+        "--target",
+        default="material",
+        metavar="NAME",
+        help="what to learn about: material, category, both, a property, or everything",
+    )
+    made.add_argument(
+        "--fidelity",
+        choices=("uniform", "indentation"),
+        default="uniform",
+        help="a simulated object is strained evenly, or sinks in under the pads",
+    )
+    made.add_argument(
         "--confidence",
         type=_probability,
         default=0.99,
@@ -53,6 +65,23 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--robot", default="sim", metavar="sim|kortex", help="which robot explores")
     made.add_argument("--revision", choices=("V12", "BRAKES"), default="V12", help="hardware of the arm")
     made.add_argument("--no-vision", action="store_true", help="the arm has no vision module")
+    made.add_argument(
+        "--vision",
+        default="default",
+        metavar="default|none|FILE.json",
+        help="what the camera sees: drawn by the reference's confusion matrix, nothing, or as a file says",
+    )
+    made.add_argument(
+        "--lookahead",
+        choices=("auto", "never"),
+        default="auto",
+        help="plan two steps ahead where that is worthwhile, or never (%(default)s)",
+    )
+    made.add_argument(
+        "--save-as",
+        metavar="NAME",
+        help="keep an object that is no listed material as one, in a copy of the reference",
+    )
     made.add_argument("--resume", type=Path, metavar="DIR", help="go on with an interrupted run")
     made.add_argument(
         "--dry-run", action="store_true", help="plan and check the next action; move and write nothing"
@@ -71,6 +100,7 @@ def parser() -> argparse.ArgumentParser:
         help="keep pictures of a simulated run in it (default: unless --quiet)",
     )
     made.add_argument("--video", type=_video, metavar="FILE.webp|gif|png", help="write a film of a simulated run")
+    made.add_argument("--no-report", action="store_true", help="write no report.html, figures and tables")
     made.add_argument("--list", action="store_true", help="list objects and references, and end")
     made.add_argument("--quiet", action="store_true", help="print nothing but errors")
     real = made.add_argument_group("for --robot kortex")
@@ -111,6 +141,7 @@ def robot_request(given: argparse.Namespace, object_file: Path) -> RobotRequest:
         udp_port=given.udp_port,
         tare=given.offsets,
         load_spread=given.load_spread,
+        fidelity=given.fidelity,
         yes=given.yes,
         draws=wants_pictures(given) or given.video is not None,
         dry_run=given.dry_run,

@@ -6,6 +6,8 @@ import os
 import sys
 from ctypes.util import find_library
 
+from dynamics.robot import CannotDraw
+
 BACKENDS = {"egl": "EGL", "osmesa": "OSMesa"}  # by the names of MUJOCO_GL: the system's library
 PACKAGES = "libegl1 libegl-mesa0 libgl1-mesa-dri"  # of Debian and Ubuntu
 
@@ -18,6 +20,19 @@ def choose_backend() -> None:
         if find_library(library):
             os.environ["MUJOCO_GL"] = backend
             return
+
+
+def check_drawing() -> None:
+    """Refuse to draw with a window library but no display, for there MuJoCo ends the process.
+
+    Raises:
+        CannotDraw: if MuJoCo, as it was imported, would draw that way, or not at all.
+    """
+    from mujoco.rendering.classic import gl_context
+
+    context = getattr(gl_context, "GLContext", None)
+    if context is None or (context.__module__.endswith("glfw") and not has_display()):
+        raise CannotDraw(f"no picture without a display, or OpenGL without one (on Debian: {PACKAGES})")
 
 
 def has_display() -> bool:

@@ -25,7 +25,7 @@ from dynamics.trajectory import Trajectory
 from models.robot import Revision
 from sim.bodies import Fidelity, prepare
 from sim.contact import TIMESTEP
-from sim.opengl import PACKAGES
+from sim.opengl import PACKAGES, check_drawing
 from sim.scene import ARM_GAINS, GRIPPER_DAMPING, GRIPPER_STIFFNESS, scene_mjcf
 from sim.sensors import SensorModel, Sensors
 from sim.truth import TrueObject
@@ -42,6 +42,7 @@ _SPEED_ROUNDING = 1 + 1e-6
 _STALL_MARGIN = 0.95  # share of the gripper's own force at which it stalls
 _MAX_FORCE = 60.0  # N, what the gripper can press
 _GRIP_ACCELERATION = 0.3  # m/s^2 of the pads
+_GRIPPER_STIFFNESS, _GRIPPER_STIFFNESS_SD = 1.274e6, 2e4  # N/m, by `python -m sim.rigid_block`
 _ELBOW_UP = np.radians([0.0, 20.0, 180.0, -110.0, 0.0, -50.0, 90.0])
 
 
@@ -200,6 +201,7 @@ class MujocoRobot:
         """
         if camera not in self.cameras:
             raise UnknownName("camera", camera, self.cameras)
+        check_drawing()
         try:
             if (width, height) not in self._renderers:
                 with warnings.catch_warnings():
@@ -321,6 +323,8 @@ def _described(noise: SensorModel, fidelity: Fidelity) -> ParallelGripper:
         force_per_ampere_sd=noise.effort_gain * gripper.force_per_ampere,
         friction_force=noise.grip_friction,
         friction_force_sd=0.0,
+        stiffness=_GRIPPER_STIFFNESS,
+        stiffness_sd=_GRIPPER_STIFFNESS_SD,
     )
 
 

@@ -13,6 +13,7 @@ from dynamics.signals import Phase
 from estimation.belief import Belief
 from estimation.conclude import conclude
 from estimation.measurement import Measurement
+from estimation.observation import Observation
 from estimation.recording import Recording
 from estimation.reestimation.description import Known
 from estimation.reestimation.episodes import (
@@ -74,7 +75,7 @@ def reestimate(recording: Recording, known: Known, tares: Sequence[Recording] = 
         InvalidInput: if a log without marks has nothing in it that can be measured.
     """
     notes = [*recording.notes, *known.notes]
-    state = _State(known)
+    state = _State(known, tuple(one.observation for one in recording.observations))
     done = []
     if recording.marks:
         for episode in episodes_of(recording):
@@ -90,8 +91,8 @@ def reestimate(recording: Recording, known: Known, tares: Sequence[Recording] = 
 class _State:
     """What is known so far, as in an exploration."""
 
-    def __init__(self, known: Known) -> None:
-        self.known = known
+    def __init__(self, known: Known, observed: tuple[Observation, ...] = ()) -> None:
+        self.known, self.observed = known, observed
         self.size = None if known.declared is None else SizeEstimate.declared(known.declared)
         self.measured: list[Measurement] = []
 
@@ -105,7 +106,7 @@ class _State:
     def belief(self) -> Belief | None:
         if self.known.blank is None or self.size is None:
             return None
-        return conclude(self.known.blank, self.size, self.measured)
+        return conclude(self.known.blank, self.size, self.measured, self.observed)
 
 
 Result = tuple[Sequence[Measurement], tuple[str, ...]]
@@ -119,6 +120,7 @@ def _weigh(state: _State, phases: Sequence[Phase], edge: int) -> Result:
 
 
 def _squeeze(state: _State, phases: Sequence[Phase], edge: int) -> Result:
+    from estimation.carried import held_weight
     from estimation.squeezing import measure_squeeze
 
     declared = state.known.declared
@@ -132,6 +134,7 @@ def _squeeze(state: _State, phases: Sequence[Phase], edge: int) -> Result:
         phases,
         size_sd=(sd[edge], sd[1 - edge], sd[2]),
         fill=state.size.fill,
+        weight=held_weight(state.known.arm, phases),
     )
     bound = () if estimate.bound is None else (f"stiffer than can be told: elasticity >= {estimate.bound:.3g} Pa",)
     return measurements, bound
@@ -140,13 +143,20 @@ def _squeeze(state: _State, phases: Sequence[Phase], edge: int) -> Result:
 def _rub(state: _State, phases: Sequence[Phase], edge: int) -> Result:
     from estimation.rubbing import measure_rub
 
-    return (measure_rub(state.known.arm, phases)[1],), ()
+    return (measure_rub(state.known.arm, phases, gripper=state.known.gripper)[1],), ()
+
+
+def _slip(state: _State, phases: Sequence[Phase], edge: int) -> Result:
+    from estimation.slipping import measure_slip
+
+    return (measure_slip(state.known.arm, state.known.gripper, phases)[1],), ()
 
 
 KINDS: dict[str, Callable[[_State, Sequence[Phase], int], Result]] = {
     "weigh": _weigh,
     "squeeze": _squeeze,
     "rub": _rub,
+    "slip": _slip,
 }
 """For every kind of action the function that measures it; a further kind needs a line here."""
 
@@ -158,7 +168,7 @@ def _measure(state: _State, episode: Episode, phases: Sequence[Phase], unused: b
         for one in recorded:  # a kind without samples, such as a look: its word is taken
             state.take(one, 0)
         return Redone(episode.action, recorded, recorded, ("measurements taken over: not made from samples",))
-    edge = _closing_edge(state.known, phases)
+    edge = closing_edge(state.known, phases)
     try:
         measurements, notes = kind(state, phases, edge)
     except PalpateError as error:
@@ -172,8 +182,10 @@ def _measure(state: _State, episode: Episode, phases: Sequence[Phase], unused: b
     return Redone(episode.action, tuple(measurements), recorded, notes)
 
 
-def _closing_edge(known: Known, phases: Sequence[Phase]) -> int:
-    """Return the edge of the object that the pads close on: 0 or 1, the nearer to the tool's y axis."""
+def closing_edge(known: Known, phases: Sequence[Phase]) -> int:
+    """Return the edge that the pads close on: as recorded, or 0 or 1, the nearer to the tool's y axis."""
+    if known.closing_edge is not None:
+        return known.closing_edge
     grasped = [phase for phase in phases if phase.name in ("grasp", "close", "compress") and phase.samples]
     if known.declared is None or not grasped:
         return 1

@@ -22,10 +22,13 @@ MOST_CYCLES = 8
 LEAST_CYCLES = 3
 MAX_STRAIN = 0.42
 LEAST_STRAIN = 0.03  # to which the object is let spring back, if its weight allows
+SPRUNG_SDS = 5.0  # an object met narrower than known by so many standard deviations has been deformed
+RIGID_STRAIN = 1e-3  # compression of which nothing can be told
 _LOOK = 0.3  # s of holding still to feel the weight
 _SLIPPERY = 0.4  # coefficient of friction that is counted on
 _SAFETY = 1.5  # on the grip force
-_TABLE_SHEAR = 1.4  # closing on the table reads high by up to so much, for the pads push down as they swing
+_MOST_FRICTION = 1.0  # coefficient that is counted on where friction does harm
+_LOST = 0.15, 0.5  # share of the weight, and N: a change of what is carried that tells of slipping
 
 
 class Squeeze:
@@ -66,27 +69,35 @@ class Squeeze:
         with hand.tape.phase(self.name, "look") as laden:
             hand.robot.hold(_LOOK)
         weight = 9.81 * max(hand.rough_payload(empty, laden), 0.0)
+        _check_grip(hand, closing, weight)
         start = _safe_opening(hand, closing, weight)
+        tight = hand.robot.read().opening
         travel, cycle = 0.0, 0
         while cycle < LEAST_CYCLES or (travel < TRAVEL and cycle < MOST_CYCLES):
             # Cycles start a share of the opening's step apart, so that its coarse reading differs.
             shift = (cycle % LEAST_CYCLES) / LEAST_CYCLES * hand.robot.gripper.opening_quantum
-            # Not looser than it is: what is rigid would fall within one step of the opening's reading.
-            opening = max(start - shift, hand.robot.read().opening - hand.robot.gripper.opening_quantum)
-            with hand.tape.phase(self.name, "release"):
-                hand.robot.grip(opening, hand.robot.gripper.min_speed, math.inf)
-            travel += _compress(hand)
+            if cycle or start - shift > tight:  # what has hardly given way may not give way at all: not yet
+                with hand.tape.phase(self.name, "release"):
+                    hand.robot.grip(max(start - shift, tight), hand.robot.gripper.min_speed, math.inf)
+            gave = _compress(hand)
+            travel += gave
             cycle += 1
+            if gave <= max(hand.robot.gripper.opening_quantum, RIGID_STRAIN * hand.width):
+                break  # too stiff to tell: more of it would tell no more, and to let go a little is to let go
         with hand.tape.phase(self.name, "look") as after:
             hand.robot.hold(_LOOK)
-        left = 9.81 * hand.rough_payload(empty, after)
-        if weight > 2.0 and left < weight / 2:
-            raise ActionFailed("slipped", "the object slid out of the pads while it was squeezed")
+        change = abs(9.81 * hand.rough_payload(empty, after) - weight)
+        if change > _LOST[0] * weight + _LOST[1]:
+            raise ActionFailed(
+                "slipped",
+                f"the pads carried {weight:.1f} N before squeezing and {change:.1f} N more or less after",
+            )
         hand.check_still_held(self.name)
         hand.put_back(self.name)
 
     def measure(self, readings: Readings) -> Findings:
         """Measure elasticity and width."""
+        from estimation.carried import held_weight
         from estimation.squeezing import measure_squeeze
 
         size, sd, edge = readings.size.mean, readings.size.sd, readings.edge
@@ -97,10 +108,16 @@ class Squeeze:
             readings.phases,
             size_sd=(sd[edge], sd[1 - edge], sd[2]),
             fill=readings.size.fill,
+            weight=held_weight(readings.robot.arm, readings.phases),
         )
-        if estimate.bound is None:
-            return Findings(measurements)
-        return Findings(measurements, (f"stiffer than can be told: elasticity >= {estimate.bound:.3g} Pa",))
+        notes: tuple[str, ...] = ()
+        if estimate.bound is not None:
+            notes = (f"stiffer than can be told: elasticity >= {estimate.bound:.3g} Pa",)
+        for width in (m for m in measurements if m.property == "width"):
+            if width.mean < size[edge] - SPRUNG_SDS * math.hypot(width.sd, sd[edge]):
+                measurements = tuple(m for m in measurements if m is not width)
+                notes += (f"it was met {width.mean:.4f} m wide, not {size[edge]:.4f}: it does not spring back",)
+        return Findings(measurements, notes)
 
 
 def _lift(hand: Hand) -> float:
@@ -125,15 +142,35 @@ def _compress(hand: Hand) -> float:
     return start - hand.robot.read().opening
 
 
+def _check_grip(hand: Hand, closing: list[Sample], weight: float) -> None:
+    """See that the force at which closing ended can hold what is felt of the weight, by the friction counted on.
+
+    What stays on the table or creeps between the pads is not compressed by them alone, and reads as too soft.
+
+    Raises:
+        ActionFailed: ``too heavy``, if it cannot.
+    """
+    gripper = hand.robot.gripper
+    efforts = [sample.effort for sample in closing[-3:]]
+    force = gripper.force_per_ampere * sum(efforts) / len(efforts) + gripper.friction_force
+    if 2 * _SLIPPERY * force < weight:
+        raise ActionFailed(
+            "too heavy",
+            f"the pads press with {force:.1f} N at the strain allowed, which cannot be counted on to hold "
+            f"the {weight:.1f} N that the object weighs at least",
+        )
+
+
 def _safe_opening(hand: Hand, closing: list[Sample], weight: float) -> float:
     """Return how far the pads may open without losing the object [m].
 
     The grip force F must carry the weight, 2 mu F >= safety x weight; the opening at which closing met that
-    force is read off the grasp.
+    force is read off the grasp. Closing on the table reads high, by up to 1 + mu swing, for the pads come down as
+    they close and the object cannot.
     """
     gripper = hand.robot.gripper
-    force = _TABLE_SHEAR * _SAFETY * weight / (2 * _SLIPPERY)
+    shear = 1 + _MOST_FRICTION * gripper.swing(hand.width)
+    force = shear * _SAFETY * weight / (2 * _SLIPPERY)
     effort = (force + gripper.friction_force) / gripper.force_per_ampere + 2 * gripper.effort_quantum
     tight = [sample.opening for sample in closing if sample.effort >= effort]
-    safe = max(tight, default=hand.robot.read().opening) - gripper.opening_quantum
-    return min(safe, (1 - LEAST_STRAIN) * hand.width)
+    return min(max(tight, default=hand.robot.read().opening), (1 - LEAST_STRAIN) * hand.width)

@@ -111,3 +111,23 @@ def test_pictures_show_the_object_where_there_is_opengl():
     seen = dict(zip(shares[0].split()[::2], map(float, shares[0].split()[1::2]), strict=True))
     assert 0.0005 < seen["overview"] < 0.01
     assert 0.005 < seen["close"] < 0.05
+
+
+def test_a_second_picture_without_a_display_does_not_end_the_process():
+    # MuJoCo itself aborts here, once its window library has failed before.
+    script = """
+from dynamics.robot import CannotDraw
+from models import objects
+from sim.robot import MujocoRobot
+from sim.truth import read_truth
+robot = MujocoRobot(read_truth(objects.locate("soft-cube")))
+for _ in range(3):
+    try:
+        robot.picture()
+    except CannotDraw:
+        print("cannot")
+"""
+    hidden = ("DISPLAY", "WAYLAND_DISPLAY", "MUJOCO_GL")
+    bare = {name: value for name, value in os.environ.items() if name not in hidden}
+    done = subprocess.run([sys.executable, "-c", script], env=bare, capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stdout) == (0, "cannot\n" * 3)
