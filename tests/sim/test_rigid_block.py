@@ -13,5 +13,5 @@ def test_described_stiffness_is_the_simulated_one():
     for width in (0.05, 0.056, 0.07):
         stiffness, sd = squeeze_rigid_block(width)
         assert stiffness == pytest.approx(gripper.stiffness, abs=3 * gripper.stiffness_sd + 3 * sd)
-    # It matters from a few per cent of it on: 5.6e4 N/m is a cube of 1 MPa.
-    assert 1e6 < gripper.stiffness < 2e6
+    # A cube of 1 MPa, 5.6e4 N/m, gives so much more that the gripper takes less than a percent of its modulus.
+    assert gripper.stiffness > 100 * 5.6e4
