@@ -239,7 +239,9 @@ def reader(name: str, folder: Path) -> tuple[bytes, Callable[[Path], object], st
     from estimation.ipalm.documents import measurements_of
     from estimation.readers import LogMap, read_log
     from estimation.recording import read_recording
+    from estimation.units import parse_unit
 
+    parse_unit("W/(m K)")  # loads the library of units, which takes a second
     by_number = {"time": 0, "q": tuple(range(1, 8)), "current": tuple(range(1, 8))}
 
     def text(path: Path) -> str:

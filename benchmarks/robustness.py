@@ -7,8 +7,8 @@ again, so a long study can be made piece by piece with a growing ``--objects``.
 
 Counted: explorations that crashed (any error that is not the project's own), those that physics warned of, objects
 that were dropped or displaced by an action that said all was well, and actions that failed, by reason. An object
-counts as lost if it leaves the hand by more than 20 mm while it is lifted, and as displaced if an action that puts
-it back leaves it more than 15 mm aside or 15 mm higher or lower than it stood.
+counts as lost if it leaves the hand by more than 20 mm while it is lifted, or comes down before the hand does; and
+as displaced if an action that puts it back leaves it more than 15 mm aside, higher or lower than it stood.
 """
 
 from __future__ import annotations
@@ -25,9 +25,10 @@ from dynamics.errors import PalpateError
 from selection.dataset.folder import Dataset
 from selection.dataset.one import FAILURE, RESULT, Ignoring, Job, Outcome, Setup, explore_object
 from selection.dataset.progress import show_progress
+from sim.bodies import object_pose
 
 LIFTED, LEFT_HAND, ASIDE = 0.008, 0.020, 0.015  # m
-PUT_BACK = 0.05  # m over its lowest place, below which the hand puts things back
+DOWN, SLID = 0.003, 0.005  # m over where it stood, and what it may have slid in the hand, when it is put back
 LOOK_EVERY = 5  # samples
 INSPECTION = "inspection.json"
 SHARE = 0.99  # of the actions that must succeed
@@ -79,22 +80,18 @@ class Inspector(Ignoring):
         pose = self._robot.arm.tool_pose(sample.q)
         self._lowest = min(self._lowest, float(pose[2, 3]))
         in_hand = pose[:3, :3].T @ (here - pose[:3, 3])
-        is_lifted = here[2] - self._home[2] >= LIFTED
+        height = float(here[2] - self._home[2])
         if self._held_at is None:
-            self._held_at = in_hand if is_lifted else None
+            self._held_at = in_hand if height > LIFTED else None
             return
-        away = np.linalg.norm(in_hand - self._held_at) > LEFT_HAND
-        # On the table again it may have been put back; not so if the hand stayed above.
-        self._lost |= bool(away and (is_lifted or pose[2, 3] - self._lowest > PUT_BACK))
-        if not is_lifted:
+        self._lost |= bool(np.linalg.norm(in_hand - self._held_at) > LEFT_HAND)
+        if height < DOWN:  # put back, unless the hand is still above
+            self._lost |= bool(pose[2, 3] - self._lowest > DOWN + SLID)
             self._held_at = None
 
     def _where(self) -> np.ndarray:
         """Return where the middle of the object really is [m]."""
-        model, data = self._robot._model, self._robot._data
-        if model.nflex:
-            return data.flexvert_xpos.mean(axis=0)
-        return data.body("object").xpos.copy()
+        return object_pose(self._robot._model, self._robot._data)
 
 
 def work(job: Job) -> Outcome:

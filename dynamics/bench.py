@@ -27,7 +27,7 @@ class Stroke:
             that the drive's give makes it a force.
         dwell: how long the plates stay there [s].
         stiffness: of each plate's drive [N/m]; None for a drive that does not give against the object.
-        max_force: of each plate's drive [N].
+        max_force: at which the plates stop closing [N].
 
     Raises:
         InvalidInput: for a number out of range.

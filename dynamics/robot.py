@@ -6,7 +6,11 @@ from collections.abc import Callable
 from enum import Enum
 from typing import Protocol, runtime_checkable
 
+import numpy as np
+from numpy.typing import NDArray
+
 from dynamics.arm import Arm
+from dynamics.errors import PalpateError
 from dynamics.gripper import ParallelGripper
 from dynamics.signals import Sample
 from dynamics.trajectory import Trajectory
@@ -76,4 +80,27 @@ class Robot(Protocol):
 
     def close(self) -> None:
         """Release the connection; the robot stands still."""
+        ...
+
+
+class CannotDraw(PalpateError):
+    """There is no OpenGL to draw a picture with, or no display to show one on."""
+
+
+@runtime_checkable
+class Camera(Protocol):
+    """What a robot may offer besides: pictures of where it works."""
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Names of the cameras: ``overview``, ``close`` and ``wrist`` as far as there are such."""
+        ...
+
+    def picture(self, camera: str = "overview", width: int = 1080, height: int = 720) -> NDArray[np.uint8]:
+        """Return what a camera sees, (height, width, 3), red, green, blue.
+
+        Raises:
+            UnknownName: if there is no camera of that name.
+            CannotDraw: if a picture cannot be made here.
+        """
         ...

@@ -7,16 +7,27 @@ from collections.abc import Iterable
 
 from estimation.belief import Belief
 from estimation.measurement import Measurement
+from estimation.observation import Observation
 from estimation.size import SizeEstimate
 
 
-def conclude(blank: Belief, size: SizeEstimate, measurements: Iterable[Measurement]) -> Belief:
-    """Condition a belief on an object's size and on measurements; quantities that are unknown to it are left out.
+def conclude(
+    blank: Belief,
+    size: SizeEstimate,
+    measurements: Iterable[Measurement],
+    observations: Iterable[Observation] = (),
+) -> Belief:
+    """Condition a belief on what is known of an object; quantities and variables unknown to it are left out.
 
     Args:
         blank: before anything was measured.
         size: what is known of the size.
         measurements: of other quantities than edges of the object.
+        observations: of its classes.
+
+    Raises:
+        UnknownName: if an observation names a class that the belief does not know.
+        InvalidInput: if an observation lacks a class, or makes all impossible that are possible.
     """
     quantities = blank.network.quantities
     volume = size.volume()
@@ -27,6 +38,9 @@ def conclude(blank: Belief, size: SizeEstimate, measurements: Iterable[Measureme
             measurement = density_of(one, volume)
         if measurement.property in quantities:
             belief = belief.update(measurement)
+    for seen in observations:
+        if seen.variable in blank.network.variables:
+            belief = belief.update_class(seen.variable, seen.by_class)
     return belief
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -11,6 +12,8 @@ from estimation.bank import predictive
 from estimation.belief import Belief
 from estimation.network import LINEAR, MATERIAL, UNKNOWN, Network, Property
 from estimation.sensor import ClassSensor, Sensor
+
+REFERENCE = "reference.json"
 
 
 def with_class(belief: Belief, name: str) -> Network:
@@ -29,10 +32,7 @@ def with_class(belief: Belief, name: str) -> Network:
         InvalidInput: if the name is taken, empty or ``unknown``, or the network has no unknown class.
     """
     network = belief.network
-    if not name or name == UNKNOWN or name in network.materials:
-        raise InvalidInput("new class: name", name, "a name that is not taken")
-    if network.unknown is None:
-        raise InvalidInput(f"new class: network {network.name}", None, "a network with an unknown class")
+    check_name(network, name)
     row = int(np.flatnonzero(network.hypotheses.material == len(network.materials))[0])
     properties = tuple(_extended(belief, prop, row) for prop in network.properties)
     share = 1.0 / (len(network.materials) + 1)
@@ -51,6 +51,36 @@ def with_class(belief: Belief, name: str) -> Network:
         conditional=conditional,
         sensors=sensors,
     )
+
+
+def check_name(network: Network, name: str) -> None:
+    """Refuse a name, or a network, that no new class can be made with.
+
+    Raises:
+        InvalidInput: if the name is taken, empty or ``unknown``, or the network has no unknown class.
+    """
+    if not name.strip() or name in (UNKNOWN, *network.materials):
+        raise InvalidInput("new class: name", name, "a name that is not taken")
+    if network.unknown is None:
+        raise InvalidInput(f"new class: network {network.name}", None, "a network with an unknown class")
+
+
+def save_class(belief: Belief, name: str, directory: Path) -> Path | None:
+    """Save the object as a new material in a copy of its reference, if no listed one explains it.
+
+    Args:
+        belief: about the object.
+        name: of the new material.
+        directory: where ``reference.json`` is written.
+
+    Returns:
+        The file, or None if ``unknown`` is not the most probable material.
+    """
+    if belief.argmax(MATERIAL) != UNKNOWN:
+        return None
+    file = directory / REFERENCE
+    with_class(belief, name).save(file)
+    return file
 
 
 def _widened(sensor: Sensor | ClassSensor, name: str) -> Sensor | ClassSensor:

@@ -20,7 +20,13 @@ from dynamics.shapes import Shape
 from dynamics.signals import GripperReadings, Phase
 from estimation.carried import pull_of_weight
 from estimation.measurement import Measurement
-from estimation.stiffness import CurveNoise, StiffnessEstimate, TooLittleCompression, estimate_stiffness
+from estimation.stiffness import (
+    CurveNoise,
+    NoContact,
+    StiffnessEstimate,
+    TooLittleCompression,
+    estimate_stiffness,
+)
 from estimation.stiffness.fit import predict
 from estimation.stiffness.noise import quantum_of
 from estimation.stiffness.unyielding import hardly_gives
@@ -32,6 +38,9 @@ CURRENT_RELATIVE_SD = 0.02  # and the part that grows with the current
 FEW_TICKS = 2.0  # steps of the opening in contact below which not even a wide interval is given
 DELAYS = (0.005, 0.01, 0.015, 0.02)  # s
 DELAY_EVIDENCE = 6.0  # log-likelihood that a delay must gain
+LATE_LOAD = 0.25  # share of the largest force above which the readings of the loading are taken to begin late,
+EARLY_SHARE = 0.05  # but for so many of them
+RIGID_STRAIN = 1e-3  # compression of all squeezes below which an object has not given way
 SETTLING = 2  # samples left out at the start of a motion, where the motor still speeds up
 
 
@@ -79,14 +88,16 @@ def measure_squeeze(
     air, air_sd = air_current([phase.gripper() for phase in phases if phase.name == "air"], gripper)
     quantum = gripper.opening_quantum if quantum_of(opening_grid(phases)) > 0 else 0.0
     closing = [phase.gripper() for phase in phases if phase.name in ("close", "compress")]
+    rigid = _gave_by(closing) <= max(quantum, RIGID_STRAIN * size[0])
+    if rigid:  # then only how the grasp met it shows where it is, and its give is not told from that of the pads
+        closing = [phase.gripper() for phase in phases if phase.name == "grasp"] + closing
+        if quantum == 0:
+            quantum = RIGID_STRAIN * size[0]
+            closing = [replace(r, opening=np.round(r.opening / quantum) * quantum) for r in closing]
     locked = locked_current([phase.gripper() for phase in phases if phase.name == "dwell"])
-    opening, effort, speed = closing_readings(closing, quantum, locked)
-    force = gripper.force_per_ampere * (effort - air)
-    if weight > 0:
-        force = force + pull_of_weight(gripper, weight, opening)
     geometry = geometry_of(shape, size, gripper, poisson=poisson, rule=rule, fill=fill)
     noise = CurveNoise(
-        stress_sd=_force_sd(np.zeros(len(force)), gripper) / geometry.area,
+        stress_sd=_force_sd(np.zeros(1), gripper) / geometry.area,
         scale_known=False,
         strain_quantum=quantum / geometry.width,
         baseline_sd=max(air_sd * gripper.force_per_ampere, 1e-6) / geometry.area,
@@ -94,15 +105,25 @@ def measure_squeeze(
         deadband_sd=gripper.friction_force_sd / geometry.area,
         gain_sd=_gain_sd(gripper, shape, size, size_sd, geometry.contact_area == gripper.pad_area),
     )
-    reported, reported_effort = _reported(closing, locked)
+    reported, reported_effort = _reported(closing, locked, rigid)
     reported_force = gripper.force_per_ampere * (reported_effort - air)
     reported_sd = _force_sd(np.maximum(reported_force, 0.0), gripper)
     estimate = hardly_gives(reported, reported_force, reported_sd, quantum, geometry, noise)
     if estimate is None:
+        opening, effort, speed = closing_readings(closing, quantum, locked, stuck=rigid)
+        force = gripper.force_per_ampere * (effort - air)
+        if weight > 0:
+            force = force + pull_of_weight(gripper, weight, opening)
+        noise = replace(noise, stress_sd=_force_sd(np.zeros(len(force)), gripper) / geometry.area)
         try:
             estimate = _estimate(force, opening, speed, geometry, noise, gripper)
         except TooLittleCompression as little:
             estimate = little.estimate
+        except NoContact:
+            # Pressed all the same, but it moved between the pads: force and opening make no line, only a bound.
+            estimate = hardly_gives(reported, reported_force, reported_sd, quantum, geometry, noise, math.inf)
+            if estimate is None:
+                raise
     widths: tuple[Measurement, ...] = ()
     if math.isfinite(estimate.onset_sd):  # an object that hardly gives may have been touched anywhere
         sd = math.hypot(estimate.onset_sd, _resolution(quantum))
@@ -121,22 +142,31 @@ def _estimate(
     gripper: ParallelGripper,
 ) -> StiffnessEstimate:
     """Return the estimate with the noise and the delay that fit the readings best."""
-    first = estimate_stiffness(stress_strain(force, opening, geometry), noise, min_ticks=FEW_TICKS)
+    # What Hertz's law leaves out at large strains would be taken for a curvature of the material.
+    degree = 3 if geometry.law != "hertz" and _begins_early(force) else 1
+    first = estimate_stiffness(
+        stress_strain(force, opening, geometry), noise, min_ticks=FEW_TICKS, max_degree=degree
+    )
     # The noise grows with the force: known only now, and from the fit, for a reading's own noise must not set its
     # weight.
     curve = stress_strain(force, opening, geometry)
     level = predict(first.fit.parameters, curve.strain, geometry)[0] * geometry.area
     noise = replace(noise, stress_sd=_force_sd(level, gripper) / geometry.area)
-    best = estimate_stiffness(curve, noise, min_ticks=FEW_TICKS)
+    best = estimate_stiffness(curve, noise, min_ticks=FEW_TICKS, max_degree=degree)
     quantum = noise.strain_quantum * geometry.width
     evidence = best.fit.log_likelihood + DELAY_EVIDENCE
     for delay in DELAYS:
         # A viscous material answers to u + delay du/dt, and so does a sensor that is late.
         curve = stress_strain(force, opening - delay * speed, geometry)
-        found = estimate_stiffness(curve, noise, min_ticks=FEW_TICKS)
+        found = estimate_stiffness(curve, noise, min_ticks=FEW_TICKS, max_degree=degree)
         if found.fit.log_likelihood > evidence and found.compression > quantum:
             best, evidence = found, found.fit.log_likelihood
     return best
+
+
+def _begins_early(force: Array) -> bool:
+    """Tell whether the loading is seen from near its begin, so that a curve's slope there is no extrapolation."""
+    return float(np.quantile(force, EARLY_SHARE)) < LATE_LOAD * float(np.max(force))
 
 
 def locked_current(dwells: Sequence[GripperReadings]) -> float:
@@ -167,7 +197,7 @@ def air_current(tares: Sequence[GripperReadings], gripper: ParallelGripper) -> t
 
 
 def closing_readings(
-    series: Sequence[GripperReadings], quantum: float, locked: float = math.inf
+    series: Sequence[GripperReadings], quantum: float, locked: float = math.inf, stuck: bool = False
 ) -> tuple[Array, Array, Array]:
     """Return opening [m], current [A] and closing speed [m/s] of the readings with closing pads.
 
@@ -178,7 +208,7 @@ def closing_readings(
     """
     openings, efforts, speeds = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
     for readings in series:
-        at = moving(readings, locked)
+        at = moving(readings, locked, stuck)
         if at.any():
             smooth = between_steps(readings) if quantum > 0 else readings.opening
             openings.append(smooth[at])
@@ -190,27 +220,35 @@ def closing_readings(
     return opening, effort, speed
 
 
-def _reported(series: Sequence[GripperReadings], locked: float) -> tuple[Array, Array]:
+def _reported(series: Sequence[GripperReadings], locked: float, stuck: bool) -> tuple[Array, Array]:
     """Return opening [m] and current [A] of closing pads as they were reported, (N,) each."""
-    at = [moving(readings, locked) for readings in series]
+    at = [moving(readings, locked, stuck) for readings in series]
     opening = np.concatenate([readings.opening[rows] for readings, rows in zip(series, at, strict=True)])
     return opening, np.concatenate([readings.effort[rows] for readings, rows in zip(series, at, strict=True)])
 
 
-def moving(readings: GripperReadings, locked: float = math.inf) -> NDArray[np.bool_]:
+def moving(readings: GripperReadings, locked: float = math.inf, stuck: bool = False) -> NDArray[np.bool_]:
     """Return which readings were taken while the pads closed, (N,).
 
     Those between the first and the last step of the opening, and those with more current than a locked gripper's,
     for an object so stiff that the opening hardly steps. The first few are left out: the motor still speeds up,
-    and its current is no force.
+    and its current is no force. Readings without a step count only if the pads are known to be ``stuck``, closing
+    on what does not give way.
     """
     at = np.zeros(len(readings), dtype=np.bool_)
     steps = np.flatnonzero(np.diff(readings.opening) < 0)
     if len(steps):
         at[int(steps[0]) + 1 : int(steps[-1]) + 2] = True
+    if len(steps) or stuck:
         at |= readings.effort > locked
-        at[np.flatnonzero(at)[:SETTLING]] = False
+    at[np.flatnonzero(at)[:SETTLING]] = False
     return at
+
+
+def _gave_by(series: Sequence[GripperReadings]) -> float:
+    """Return how far the opening changed in all of some readings [m]."""
+    openings = np.concatenate([np.zeros(0), *(readings.opening for readings in series)])
+    return float(np.ptp(openings)) if len(openings) else 0.0
 
 
 def _speed(time: Array, opening: Array) -> Array:

@@ -38,6 +38,18 @@ def parser() -> argparse.ArgumentParser:
         "--noise", default="default", metavar="default|none|FILE", help="errors of the simulated sensors"
     )
     made.add_argument(
+        "--target",
+        default="material",
+        metavar="NAME",
+        help="what to learn about: material, category, both, a property, or everything",
+    )
+    made.add_argument(
+        "--fidelity",
+        choices=("uniform", "indentation"),
+        default="uniform",
+        help="a simulated object is strained evenly, or sinks in under the pads",
+    )
+    made.add_argument(
         "--confidence",
         type=_probability,
         default=0.99,
@@ -53,10 +65,42 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--robot", default="sim", metavar="sim|kortex", help="which robot explores")
     made.add_argument("--revision", choices=("V12", "BRAKES"), default="V12", help="hardware of the arm")
     made.add_argument("--no-vision", action="store_true", help="the arm has no vision module")
+    made.add_argument(
+        "--vision",
+        default="default",
+        metavar="default|none|FILE.json",
+        help="what the camera sees: drawn by the reference's confusion matrix, nothing, or as a file says",
+    )
+    made.add_argument(
+        "--lookahead",
+        choices=("auto", "never"),
+        default="auto",
+        help="plan two steps ahead where that is worthwhile, or never (%(default)s)",
+    )
+    made.add_argument(
+        "--save-as",
+        metavar="NAME",
+        help="keep an object that is no listed material as one, in a copy of the reference",
+    )
     made.add_argument("--resume", type=Path, metavar="DIR", help="go on with an interrupted run")
     made.add_argument(
         "--dry-run", action="store_true", help="plan and check the next action; move and write nothing"
     )
+    made.add_argument(
+        "--view",
+        nargs="?",
+        type=_speed,
+        const=1.0,
+        metavar="SPEED",
+        help="open a viewer; 1: real time (default)",
+    )
+    made.add_argument(
+        "--pictures",
+        action=argparse.BooleanOptionalAction,
+        help="keep pictures of a simulated run in it (default: unless --quiet)",
+    )
+    made.add_argument("--video", type=_video, metavar="FILE.webp|gif|png", help="write a film of a simulated run")
+    made.add_argument("--no-report", action="store_true", help="write no report.html, figures and tables")
     made.add_argument("--list", action="store_true", help="list objects and references, and end")
     made.add_argument("--quiet", action="store_true", help="print nothing but errors")
     real = made.add_argument_group("for --robot kortex")
@@ -97,9 +141,16 @@ def robot_request(given: argparse.Namespace, object_file: Path) -> RobotRequest:
         udp_port=given.udp_port,
         tare=given.offsets,
         load_spread=given.load_spread,
+        fidelity=given.fidelity,
         yes=given.yes,
+        draws=wants_pictures(given) or given.video is not None,
         dry_run=given.dry_run,
     )
+
+
+def wants_pictures(given: argparse.Namespace) -> bool:
+    """Tell whether the arguments ask for pictures."""
+    return bool(not given.quiet if given.pictures is None else given.pictures)
 
 
 def object_file(name: str) -> Path:
@@ -134,6 +185,22 @@ def _port(text: str) -> int:
     if not text.isascii() or not text.isdigit() or not 0 < int(text[:6]) < 1 << 16:
         raise argparse.ArgumentTypeError(f"{text!r} is not a port from 1 to 65535")
     return int(text)
+
+
+def _speed(text: str) -> float:
+    value = _number(text)
+    if not 0.01 <= value <= 1000:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a speed from 0.01 to 1000")
+    return value
+
+
+def _video(text: str) -> Path:
+    path = Path(text)
+    if path.suffix.lower() not in (".webp", ".gif", ".png"):
+        raise argparse.ArgumentTypeError(f"{text!r} does not end in .webp, .gif or .png")
+    if not path.parent.is_dir():
+        raise argparse.ArgumentTypeError(f"{text!r} is not in a folder that exists")
+    return path
 
 
 def _seconds(text: str) -> float:

@@ -27,12 +27,16 @@ def configuration(given: argparse.Namespace, object_file: Path, robot: Robot) ->
         "prior": given.prior or "",
         "seed": given.seed,
         "noise": given.noise,
+        "target": given.target,
+        "fidelity": given.fidelity,
         "confidence": given.confidence,
         "budget_s": given.budget if math.isfinite(given.budget) else NO_BUDGET,
         "price_bits_per_s": given.price,
         "robot": given.robot,
         "revision": given.revision,
         "vision": "none" if given.no_vision else "module",
+        "eyes": given.vision,
+        "lookahead": given.lookahead,
         "model_sha256": hashlib.sha256(description.encode()).hexdigest(),
         **describe(robot.arm, robot.gripper),
         "versions": versions(),
@@ -49,10 +53,14 @@ def take_up(given: argparse.Namespace) -> None:
     kept = Table(str(path), read_toml(path))
     for key in ("object", "reference", "noise", "robot"):
         setattr(given, key, kept.text(key))
+    given.fidelity = kept.text("fidelity", "uniform", ("uniform", "indentation"))
     given.revision = kept.text("revision", choices=REVISIONS)
     given.no_vision = kept.text("vision", choices=("none", "module")) == "none"
     given.prior = kept.text("prior") or None
+    given.vision = kept.text("eyes", "default")
+    given.lookahead = kept.text("lookahead", "auto", choices=("auto", "never"))
     given.seed = int(kept.number("seed", at_least=0))
+    given.target = kept.text("target", "material")
     given.confidence = kept.number("confidence", above=0, at_most=1)
     given.price = kept.number("price_bits_per_s", at_least=0)
     if kept.content("budget_s") != NO_BUDGET:

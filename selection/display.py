@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TextIO
 from estimation.belief import Belief
 from estimation.measurement import Measurement
 from estimation.mixture import Mixture
+from estimation.network import UNKNOWN
 from selection.exploration import Exploration, Step
 from selection.planner import Decision
 from selection.robots import Truth
@@ -61,9 +62,10 @@ def report(exploration: Exploration, truth: Truth | None, directory: Path, out: 
     """Write what the object was found to be, next to what it is if that is known."""
     name, probability = likeliest(exploration.belief)[0]
     really = f" (truth: {truth.material})" if truth else ""
-    lines = [
-        f"It is most likely {name}, P = {probability:.3f}{really}; {exploration.seconds:.0f} s of robot time."
-    ]
+    verdict = f"most likely {name}" if name != UNKNOWN else "most likely of no listed material"
+    lines = [f"It is {verdict}, P = {probability:.3f}{really}; {exploration.seconds:.0f} s of robot time."]
+    if name == UNKNOWN:
+        lines += [f"  measured: {measured(m)}" for step in exploration.steps for m in step.measurements]
     for quantity in exploration.belief.network.quantities:
         found = believed(exploration.belief.marginal(quantity))
         if truth and quantity in truth.properties:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -15,10 +15,12 @@ from estimation.belief import Belief
 from estimation.conclude import conclude
 from estimation.measurement import Measurement
 from estimation.network import Network
-from estimation.recording import Recording, RunWriter
+from estimation.observation import Observation
+from estimation.recording import Observed, Recorded, Recording, RunWriter
 from estimation.size import SizeEstimate
 from selection.actions import ACTIONS, Action, Readings
 from selection.actions.hand import Hand
+from selection.lookahead import decide
 from selection.planner import ALL_FAILED, ActionModel, Decision, PlanState, StopRules, plan
 from selection.tape import Tape
 
@@ -34,12 +36,15 @@ class Settings:
         price: of time [bits/s].
         confidence: probability of a class at which to stop.
         budget: robot time to spend at most [s].
+        lookahead: whether to plan two steps ahead where that is worthwhile: where the budget does not hold all
+            actions.
     """
 
     target: str = "material"
     price: float = 0.01
     confidence: float = 0.95
     budget: float = float("inf")
+    lookahead: bool = True
 
 
 @dataclass(frozen=True)
@@ -54,6 +59,7 @@ class Step:
         seconds: robot time that it took [s].
         ok: whether it succeeded.
         belief: what is believed after it.
+        observations: what it perceived of classes.
     """
 
     decision: Decision
@@ -63,6 +69,7 @@ class Step:
     seconds: float
     ok: bool
     belief: Belief
+    observations: tuple[Observation, ...] = ()
 
 
 class Watcher(Protocol):
@@ -132,6 +139,7 @@ class Exploration:
         self._blank = Belief(network, prior)
         self._size = SizeEstimate.declared(declared)
         self._measured: list[Measurement] = []
+        self._observed: list[Observation] = []
         self._state = PlanState()
         self.steps: list[Step] = []
         self.stopped_because = ""
@@ -147,17 +155,22 @@ class Exploration:
         self._run = run
         self._tape.record(run)
 
+    def on_phase(self, tell: Callable[[str, str], None]) -> None:
+        """Tell of every phase of an action that begins: the action and the phase."""
+        self._tape.on_phase(tell)
+
     def recall(self, past: Recording) -> None:
         """Take up an interrupted exploration: believe what was measured in it, without doing it again."""
         taken = [(recorded.action, recorded.measurement) for recorded in past.measurements]
         for name, measurement in taken:
             self._take(name, measurement)
-        for name in dict.fromkeys(name for name, _ in taken):
+        self._observed += [recorded.observation for recorded in past.observations]
+        for name in dict.fromkeys(one.action for one in _in_order(past)):
             if name in self._models:
                 self._state = _free_hand(self._state.after(self._models[name], 0.0))
         # The last measurement closed the last action that is believed; time after it led to nothing.
-        if past.measurements and past.decisions:
-            spent = past.measurements[-1].time - past.decisions[0].time
+        if _in_order(past) and past.decisions:
+            spent = _in_order(past)[-1].time - past.decisions[0].time
             self._state = replace(self._state, spent_seconds=self._state.spent_seconds + spent)
         self.belief = self._believed()
 
@@ -202,9 +215,9 @@ class Exploration:
 
     def _decide(self) -> Decision:
         settings = self._settings
-        decision = plan(
+        decision = (decide if settings.lookahead else plan)(
             self.belief,
-            tuple(self._models.values()),
+            tuple(_grasping_anew(model) for model in self._models.values()),
             settings.target,
             settings.price,
             self._state,
@@ -217,12 +230,14 @@ class Exploration:
         """Do an action; what fails on the object is part of the result, what fails on the robot is raised."""
         start = self._robot.read().time
         measurements: tuple[Measurement, ...] = ()
+        observations: tuple[Observation, ...] = ()
         notes: tuple[str, ...] = ()
         ok = True
         try:
             action.perform(self._hand)
             findings = action.measure(self._readings())
             measurements, notes = findings.measurements, findings.notes
+            observations = findings.observations
         except (ActionFailed, MotionRefused, InvalidInput) as error:
             log.info("%s failed: %s", action.name, error)
             ok, notes = False, (str(error),)
@@ -234,6 +249,10 @@ class Exploration:
                 if self._run is not None:
                     self._run.measurement(self._robot.read().time, action.name, measurement)
                 self._take(action.name, measurement)
+            for seen in observations:
+                if self._run is not None:
+                    self._run.observation(self._robot.read().time, action.name, seen)
+                self._observed.append(seen)
             timed = replace(self._models[action.name], seconds=max(seconds - model.setup_seconds, 0.0))
             self._models[action.name] = timed
             self._state = _free_hand(self._state.after(timed, seconds))
@@ -241,7 +260,7 @@ class Exploration:
             self._state = self._state.failing(model, seconds)
         self._tape.take()
         self.belief = self._believed()
-        return Step(decision, action.name, measurements, notes, seconds, ok, self.belief)
+        return Step(decision, action.name, measurements, notes, seconds, ok, self.belief, observations)
 
     def _recover(self) -> None:
         """Let go and rise; if even that is refused, the exploration ends here with the arm standing still."""
@@ -269,7 +288,7 @@ class Exploration:
 
         From the start each time, for a better size replaces the one believed before.
         """
-        return conclude(self._blank, self._size, self._measured)
+        return conclude(self._blank, self._size, self._measured, self._observed)
 
     def _note_belief(self) -> None:
         if self._run is not None:
@@ -281,6 +300,7 @@ def decision_record(decision: Decision) -> dict[str, object]:
     return {
         "target": decision.target,
         "price": decision.price,
+        "horizon": decision.horizon,
         "actions": {
             score.name: {
                 "bits": score.bits,
@@ -307,11 +327,22 @@ def belief_record(belief: Belief) -> dict[str, object]:
                 "unit": marginal.unit,
                 # Moments of what has not been measured yet say little on a log scale: the tails make them.
                 "median": marginal.quantile(0.5),
+                "mode": marginal.mode(),
                 "interval_90": list(marginal.interval(0.9)),
             }
             for name, marginal in ((name, belief.marginal(name)) for name in belief.network.quantities)
         },
     }
+
+
+def _in_order(past: Recording) -> list[Recorded | Observed]:
+    """Return what was measured and perceived, in order of time."""
+    return sorted([*past.measurements, *past.observations], key=lambda one: one.time)
+
+
+def _grasping_anew(model: ActionModel) -> ActionModel:
+    """Return an action with its set-up as part of it, as every action here puts the object back at its end."""
+    return replace(model, seconds=model.seconds + model.setup_seconds, setup=None, setup_seconds=0.0)
 
 
 def _free_hand(state: PlanState) -> PlanState:

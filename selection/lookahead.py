@@ -37,7 +37,7 @@ def worthwhile(
     """Return whether looking ahead can change a choice for good reason.
 
     It can where a set-up that is not met serves more than one action, or where the budget does not hold all
-    actions. Elsewhere greedy and two-step plans were found to end alike (benchmarks/planner.py).
+    actions. Elsewhere greedy and two-step plans were found to end alike (benchmarks/planner.py, docs/belief.md).
     """
     setups = [action.setup for action in actions if action.setup and action.setup not in state.setups]
     shared = len(setups) > len(set(setups))

@@ -12,6 +12,8 @@ from selection.quadrature import graded_nodes
 REACH = 7.0
 _SERIES = 0.2  # noise as a share of a hypothesis' width below which the series holds (to 1e-7)
 _ORDER = 8
+_SHARP = 1e-3  # width of a hypothesis as a share of the noise below which its value is as good as known
+_ROOT_2PI = math.sqrt(2 * math.pi)
 _NARROW = 0.13  # proportional noise beyond which it is not nearly Gaussian in the value: its tails end nowhere
 _LOCAL = np.arange(-8.0, 12.5)  # sds of the noise in t; its tail away from zero is the longer one
 
@@ -38,6 +40,14 @@ def reading_columns(
     """
     log = link == LOG
     width = np.sqrt(variance)
+    sharp = width <= _SHARP * _noise_in_t(np.exp(mean) if log else mean, sd, relative_sd, log)
+    if sharp.any():
+        columns = np.empty((len(z), len(mean)))
+        columns[:, sharp] = _known_values(mean[sharp], width[sharp], z, sd, relative_sd, log)
+        if not sharp.all():
+            rest = ~sharp
+            columns[:, rest] = reading_columns(mean[rest], variance[rest], z, sd, relative_sd, link)
+        return columns
     noise = _noise_in_t(z, sd, relative_sd, log)
     limit = _SERIES * width
     if log:
@@ -52,6 +62,16 @@ def reading_columns(
         series = _series(mean, width, z[~none], noise[~none], sd, relative_sd, log)
         columns[~none] = np.where(holds[~none], series, columns[~none]) if not whole.all() else series
     return columns
+
+
+def _known_values(
+    mean: np.ndarray, width: np.ndarray, z: np.ndarray, sd: float, relative_sd: float, log: bool
+) -> np.ndarray:
+    """Return the densities of readings of values that are known much better than they are read, (N, U)."""
+    value = np.exp(mean) if log else mean
+    spread = np.sqrt(sd**2 + (relative_sd * value) ** 2 + ((value if log else 1.0) * width) ** 2)
+    scaled = (z[:, None] - value) / spread
+    return np.asarray(np.exp(-0.5 * scaled * scaled) / (spread * _ROOT_2PI))
 
 
 def _noise_in_t(z: np.ndarray, sd: float, relative_sd: float, log: bool) -> np.ndarray:

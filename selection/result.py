@@ -56,6 +56,7 @@ def _action(step: Step) -> dict[str, Any]:
         "measurements": [
             {"property": m.property, "mean": m.mean, "sd": m.sd, "unit": m.unit} for m in step.measurements
         ],
+        "observations": [{"variable": o.variable, "likelihoods": o.by_class} for o in step.observations],
         "notes": list(step.notes),
         "seconds": round(step.seconds, 6),
         "ok": step.ok,

@@ -5,16 +5,17 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from selection.arguments import WRONG_INPUT, object_file, parser, robot_request
+from selection.arguments import WRONG_INPUT, object_file, parser, robot_request, wants_pictures
 
 if TYPE_CHECKING:
     from estimation.recording import Recording
     from selection.display import Lines, LiveTable, Silent
     from selection.exploration import Exploration
-    from selection.rehearsal import StandIn
+    from selection.stand_in import StandIn
 
 FAILED = 1
 STOPPED_BY_HAND = 130
@@ -43,42 +44,64 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _explore(given: argparse.Namespace) -> int:
     """Check everything, then explore; nothing is written before all of it is known to be usable."""
+    from dynamics.errors import UnknownName
     from dynamics.objects import read_declared
+    from estimation.belief import Belief
     from estimation.network import Network
+    from estimation.novelty import check_name, save_class
     from estimation.prior import parse_prior
     from estimation.recording import RunWriter, read_recording
+    from selection.actions import repertoire
     from selection.configuration import configuration, take_up
     from selection.display import report
     from selection.exploration import Exploration, Settings
-    from selection.rehearsal import StandIn
+    from selection.eyes import chosen_senses, read_vision
+    from selection.information import targets
     from selection.result import result_of
     from selection.robots import open_robot
+    from selection.sights import Sights, Together
+    from selection.stand_in import StandIn
 
-    past = None
+    past = saved = None
     if given.resume is not None:
         take_up(given)
         past = read_recording(given.resume)
     source = object_file(given.object)
     network = Network.from_file(given.reference)
     prior = parse_prior(given.prior, network, "--prior")
+    if given.target not in targets(network):
+        raise UnknownName("--target", given.target, targets(network))
+    eyes = None
+    if given.vision not in ("default", "none"):
+        eyes = read_vision(Path(given.vision), network)
+        Belief(network, prior).update_class(eyes.observation.variable, eyes.observation.by_class)
+    if given.save_as is not None:
+        check_name(network, given.save_as)
     declared = read_declared(source)
     opened = open_robot(given.robot, robot_request(given, source))
     watcher = _watcher(given.quiet, plain=given.dry_run)
+    recorded: Path | None = None
     try:
-        settings = Settings("material", given.price, given.confidence, given.budget)
+        settings = Settings(given.target, given.price, given.confidence, given.budget, given.lookahead == "auto")
+        actions = repertoire(chosen_senses(opened.senses(network), eyes, given.vision, not given.no_vision))
         if given.dry_run:
             stand_in = StandIn(opened.robot, declared, opened.judge)
-            exploration = Exploration(stand_in, declared, network, prior, settings, watcher)
+            exploration = Exploration(stand_in, declared, network, prior, settings, watcher, actions)
             return _rehearse(exploration, stand_in, past, given.quiet)
-        exploration = Exploration(opened.robot, declared, network, prior, settings, watcher)
+        sights = Sights(opened, given.view, wants_pictures(given), given.video, _say)
+        together = Together(watcher, sights)
+        exploration = Exploration(opened.robot, declared, network, prior, settings, together, actions)
         directory = given.resume or given.out or Path("runs") / f"{time.strftime('%Y%m%d-%H%M%S')}-{declared.name}"
         names = opened.robot.arm.joint_names
         if past is None:
             run = RunWriter.create(directory, configuration(given, source, opened.robot), declared.name, names)
         else:
             run = RunWriter.resume(directory, names)
-        with run:
+        recorded = None if given.no_report else directory
+        with run, closing(sights):
             exploration.record(run)
+            exploration.on_phase(sights.phase)
+            sights.keep_in(directory)
             if past is not None:
                 exploration.recall(past)
             try:
@@ -86,13 +109,29 @@ def _explore(given: argparse.Namespace) -> int:
             except BaseException:
                 opened.robot.stop()
                 raise
+            if given.save_as is not None:
+                saved = save_class(exploration.belief, given.save_as, directory)
             run.finish(result_of(exploration, declared.name, opened.truth))
     finally:
         watcher.close()
         opened.robot.close()
+        if recorded is not None:
+            _write_page(recorded)
     if not given.quiet:
         report(exploration, opened.truth, directory, sys.stdout)
+        if given.save_as is not None:
+            print(_kept(given.save_as, saved))
     return 0
+
+
+def _write_page(directory: Path) -> None:
+    """Write the page of a run, however it ended; the run itself is on disk already."""
+    try:
+        from selection.reporting import write_run_report
+
+        write_run_report(directory)
+    except Exception as error:  # whatever is wrong with a page must not make a run look failed
+        print(f"no report.html: {error}; try python -m selection.report {directory}", file=sys.stderr)
 
 
 def _rehearse(exploration: Exploration, robot: StandIn, past: Recording | None, quiet: bool) -> int:
@@ -110,12 +149,22 @@ def _rehearse(exploration: Exploration, robot: StandIn, past: Recording | None, 
     return status
 
 
+def _say(line: str) -> None:
+    print(line, file=sys.stderr)
+
+
 def _watcher(quiet: bool, plain: bool) -> LiveTable | Lines | Silent:
     from selection.display import Lines, LiveTable, Silent
 
     if quiet:
         return Silent()
     return LiveTable() if sys.stdout.isatty() and not plain else Lines(sys.stdout)
+
+
+def _kept(name: str, file: Path | None) -> str:
+    if file is None:
+        return f"Nothing was saved as {name}: a listed material explains the object better than none."
+    return f"Saved as {name}; to recognise it: --reference {file}"
 
 
 def _list() -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from dynamics.robot import Robot
@@ -21,6 +21,7 @@ class Tape:
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
         self._run: RunWriter | None = None
+        self._tell: Callable[[str, str], None] | None = None
         robot.listen(self._hear)
         self._heard: list[Sample] | None = None
         self._phases: list[Phase] = []
@@ -30,6 +31,10 @@ class Tape:
         """Keep every further sample and mark in a run."""
         self._run = run
 
+    def on_phase(self, tell: Callable[[str, str], None]) -> None:
+        """Tell of every phase that begins: its action and its name."""
+        self._tell = tell
+
     @contextmanager
     def phase(self, action: str, name: str) -> Iterator[list[Sample]]:
         """Gather the samples of a stretch of an action as one phase; yields the list that they arrive in."""
@@ -37,6 +42,8 @@ class Tape:
         self._counts[action, name] += 1
         if self._run is not None:
             self._run.phase(action, name, index, self._robot.read().time)
+        if self._tell is not None:
+            self._tell(action, name)
         heard: list[Sample] = []
         self._heard = heard
         try:

@@ -153,10 +153,9 @@ def property_gain(pmf: np.ndarray, prop: ThesisProperty) -> np.ndarray:
     step = (prop.high - prop.low) / (prop.bins - 1)
     used = slice(pmf.shape[-1])
     prior, emulation = pmf @ prop.densities[used], pmf @ prop.emulations[used]
-    product = prior * emulation
-    prior = prior / (prior.sum(axis=-1, keepdims=True) * step)
-    product = product / (product.sum(axis=-1, keepdims=True) * step)
-    return np.asarray(_differential(prior, step) - _differential(product, step))
+    before = _differential(prior, step)
+    prior *= emulation
+    return np.asarray(before - _differential(prior, step))
 
 
 def mode_3(pmf: np.ndarray, prop: ThesisProperty, rng: np.random.Generator, samples: int = 100) -> float:
@@ -220,5 +219,8 @@ def _bits(pmf: np.ndarray) -> np.ndarray:
 
 
 def _differential(density: np.ndarray, step: float) -> np.ndarray:
-    """Return the differential entropy of Eq. 3.26 in bits."""
-    return np.asarray(-step * np.sum(density * np.log2(np.where(density > 0, density, 1.0)), axis=-1))
+    """Return the differential entropy of Eq. 3.26 in bits, of a density that need not be normalised."""
+    total = density.sum(axis=-1)
+    log = np.maximum(density, 1e-300)
+    np.log2(log, out=log)
+    return np.asarray(np.log2(total * step) - np.einsum("...i,...i->...", density, log) / total)

@@ -57,12 +57,13 @@ def layout_of(truth: TrueObject, plates: Plates, edge: int, gap: float) -> Layou
     return Layout(edge, truth.size[edge], face, truth.size[edge] / 2 + gap)
 
 
-def bench_mjcf(truth: TrueObject, layout: Layout, fidelity: Fidelity, timestep: float) -> str:
+def bench_mjcf(
+    truth: TrueObject, layout: Layout, fidelity: Fidelity, timestep: float, factor: float | None = None
+) -> str:
     """Return the MJCF of the bench; a compiled model needs `sim.bodies.prepare`.
 
-    Its sensors are, in order: the ways of the left and the right plate from the start [m], and the contact forces
-    on them, each ``found, fx, fy, fz`` in the world's axes [N]. Its actuators are position drives, whose gains are
-    to be set.
+    Its sensors are the contact forces on the left and the right plate, each ``found, fx, fy, fz`` in the world's
+    axes [N]. Its actuators are position drives, whose gains are to be set.
     """
     root = ET.Element("mujoco", model="bench")
     ET.SubElement(root, "compiler", angle="radian")
@@ -82,15 +83,13 @@ def bench_mjcf(truth: TrueObject, layout: Layout, fidelity: Fidelity, timestep: 
     world = ET.SubElement(root, "worldbody")
     ET.SubElement(world, "light", pos="0.3 -1 2", dir="0.1 0.5 -1", diffuse="0.5 0.5 0.5")
     ET.SubElement(world, "camera", name="overview", pos="0.22 -0.12 0.12", xyaxes="0.5 0.87 0 -0.35 0.2 0.91")
-    add_object(root, truth, fidelity, np.eye(4), timestep)
+    add_object(root, truth, fidelity, np.eye(4), timestep, factor)
     drives = ET.SubElement(root, "actuator")
-    ways, forces = [], []
+    sensors = ET.SubElement(root, "sensor")
     for side, sign in zip(SIDES, (1.0, -1.0), strict=True):
         world.append(_plate(layout, side, sign, timestep))
-        ET.SubElement(drives, "position", name=side, joint=side, kp="1", kv="1", forcerange="-1 1")
-        ways.append(ET.Element("jointpos", joint=side))
-        forces.append(ET.Element("contact", geom1=side, data="found force", reduce="netforce"))
-    ET.SubElement(root, "sensor").extend([*ways, *forces])
+        ET.SubElement(drives, "position", name=side, joint=side, kp="1", kv="1")
+        ET.SubElement(sensors, "contact", geom1=side, data="found force", reduce="netforce")
     return ET.tostring(root, encoding="unicode")
 
 

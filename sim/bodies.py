@@ -3,9 +3,11 @@
 A soft body is an interpolated flex: a grid of cells around the shape carries the deformation, trilinear in each,
 and the surface is moved with it. Two fidelities:
 
-    uniform       one cell. The body is strained evenly whatever the pads' size, F = E (V / L) e exactly; it cannot
-                  indent.
-    indentation   several cells. Pads smaller than a face sink in, and round bodies flatten where they are touched.
+    uniform       one cell. The body is strained evenly whatever the pads' size, F = E (V / L) e exactly; it
+                  neither indents nor bulges: no Poisson's ratio acts, for one cell that friction holds would lock.
+    indentation   two cells along each axis. Pads smaller than a face sink in, round bodies flatten where they are
+                  touched, sides bulge. So few cells are too stiff under pads; the modulus is lowered by a
+                  calibrated factor, see `sim.calibration`, so that the force is that of the continuum.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from numpy.typing import NDArray
 
 from dynamics.mesh import Mesh
 from sim import surfaces
+from sim.calibration import modulus_factor
 from sim.contact import OVERDAMPED, TIMESTEP, contact_law, contact_saturation
 from sim.truth import TrueObject
 
@@ -31,8 +34,8 @@ FIDELITIES: tuple[Fidelity, ...] = ("uniform", "indentation")
 NAME = "object"
 SKIN = 1e-4  # m, radius of the vertices of a soft body
 COLOR = "0.93 0.63 0.18 1"
-_CELLS: dict[Fidelity, int] = {"uniform": 1, "indentation": 2}
-_AROUND: dict[Fidelity, int] = {"uniform": 24, "indentation": 48}  # points around a round body
+CELLS: dict[Fidelity, int] = {"uniform": 1, "indentation": 2}
+POINTS_AROUND: dict[Fidelity, int] = {"uniform": 24, "indentation": 48}  # points around a round body
 _ROLLING = "0.005 0.0005"  # m; torsional and rolling friction of a rigid body, which soft ones have by flattening
 
 
@@ -42,6 +45,7 @@ def add_object(
     fidelity: Fidelity = "uniform",
     pose: NDArray[np.float64] | None = None,
     timestep: float = TIMESTEP,
+    factor: float | None = None,
 ) -> None:
     """Add an object, named ``object``, to the MJCF of a world.
 
@@ -53,6 +57,7 @@ def add_object(
         fidelity: how it deforms.
         pose: of the middle of its bounding box, (4, 4); where it is declared to stand, on z = 0, if None.
         timestep: of the simulation, which bounds how stiff a contact can be [s].
+        factor: by which its cells are too stiff; the calibrated one if None.
     """
     world = root.find("worldbody")
     assert world is not None
@@ -64,7 +69,9 @@ def add_object(
             _add_asset(root, truth)
         world.append(_rigid(truth, place, timestep))
     else:
-        world.append(_soft(truth, fidelity, place, timestep))
+        if factor is None:
+            factor = modulus_factor(truth) if fidelity == "indentation" else 1.0
+        world.append(_soft(truth, fidelity, place, timestep, factor))
 
 
 def prepare(model: mujoco.MjModel, truth: TrueObject, timestep: float = TIMESTEP) -> None:
@@ -102,16 +109,18 @@ def surface(truth: TrueObject, fidelity: Fidelity = "uniform") -> Mesh:
     if truth.shape == "box":
         return surfaces.box(truth.size)
     if truth.shape == "cylinder":
-        return surfaces.cylinder(truth.size, _AROUND[fidelity])
+        return surfaces.cylinder(truth.size, POINTS_AROUND[fidelity])
     if truth.shape in ("sphere", "ellipsoid"):
-        return surfaces.ellipsoid(truth.size, _AROUND[fidelity])
+        return surfaces.ellipsoid(truth.size, POINTS_AROUND[fidelity])
     mesh = truth.declared.mesh
     assert mesh is not None, truth.shape
     return mesh.scaled(truth.size[0] / mesh.extents[0])
 
 
-def _soft(truth: TrueObject, fidelity: Fidelity, place: dict[str, str], timestep: float) -> ET.Element:
-    cells = _CELLS[fidelity]
+def _soft(
+    truth: TrueObject, fidelity: Fidelity, place: dict[str, str], timestep: float, factor: float
+) -> ET.Element:
+    cells = CELLS[fidelity]
     common = {
         "name": NAME,
         "dim": "3",
@@ -122,17 +131,18 @@ def _soft(truth: TrueObject, fidelity: Fidelity, place: dict[str, str], timestep
         "rgba": COLOR,
         **place,
     }
-    modulus = truth.young_modulus
     outer = surface(truth, fidelity)
     inner = outer.scaled(tuple(1 - 2 * SKIN / extent for extent in outer.extents))  # type: ignore[arg-type]
-    modulus *= truth.volume / outer.volume  # flat triangles cut off a little of a round body
+    # Flat triangles cut off a little of a round body.
+    modulus = truth.young_modulus / factor * truth.volume / outer.volume
     middle = inner.center_of_volume()
     points = np.vstack([middle, inner.points])
     fan = np.column_stack([np.zeros(len(inner.triangles), dtype=np.int64), inner.triangles + 1])
     body = ET.Element("flexcomp", common, type="direct", point=_text(points.ravel()))
     body.set("element", " ".join(map(str, fan.ravel())))
+    poisson = truth.poisson if fidelity == "indentation" else 0.0
     elasticity = ET.SubElement(
-        body, "elasticity", young=repr(modulus), poisson=repr(truth.poisson), damping=repr(truth.damping)
+        body, "elasticity", young=repr(modulus), poisson=repr(poisson), damping=repr(truth.damping)
     )
     if truth.yield_strain > 0:
         elasticity.set("yield", repr(truth.yield_strain))

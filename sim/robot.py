@@ -7,25 +7,31 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import warnings
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.arm import Arm
-from dynamics.errors import InvalidInput, MotionRefused, PalpateError
+from dynamics.errors import InvalidInput, MotionRefused, PalpateError, UnknownName
 from dynamics.gripper import ParallelGripper, robotiq_2f85
 from dynamics.kinematics import solve_pose, tool_down
-from dynamics.robot import GripResult, SampleSink
+from dynamics.robot import CannotDraw, GripResult, SampleSink
 from dynamics.signals import Sample
 from dynamics.trajectory import Trajectory
 from models.robot import Revision
 from sim.bodies import Fidelity, prepare
 from sim.contact import TIMESTEP
+from sim.opengl import PACKAGES, check_drawing
 from sim.scene import ARM_GAINS, GRIPPER_DAMPING, GRIPPER_STIFFNESS, scene_mjcf
 from sim.sensors import SensorModel, Sensors
 from sim.truth import TrueObject
+
+if TYPE_CHECKING:
+    from sim.viewer import Viewer
 
 Array = NDArray[np.float64]
 
@@ -87,6 +93,8 @@ class MujocoRobot:
         self._data.qpos[self._joints] = self._arm_command
         mujoco.mj_forward(self._model, self._data)
         self._finger_inertia = _finger_inertia(self._model, self._data)
+        self._viewer: Viewer | None = None
+        self._renderers: dict[tuple[int, int], mujoco.Renderer] = {}
         self._clock_start = 0.0
         self._advance(self._controls(round(_SETTLE / TIMESTEP)))
         self._clock_start = float(self._data.time)
@@ -169,18 +177,53 @@ class MujocoRobot:
         self._arm_command = self._data.qpos[self._joints].copy()
 
     def close(self) -> None:
-        """Forget the listeners."""
+        """Forget the listeners, and close what shows pictures."""
         self._sinks.clear()
+        if self._viewer is not None:
+            self._viewer.close()
+            self._viewer = None
+        while self._renderers:
+            self._renderers.popitem()[1].close()
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Names of the cameras."""
+        return tuple(self._model.camera(number).name for number in range(self._model.ncam))
 
     def picture(self, camera: str = "overview", width: int = 1080, height: int = 720) -> NDArray[np.uint8]:
         """Return what a camera of the scene sees, (height, width, 3).
 
-        Needs OpenGL: set MUJOCO_GL to ``egl`` or ``osmesa`` before the first import where there is no display.
+        Without a display, `sim.opengl.choose_backend` has to be called before MuJoCo is first imported.
+
+        Raises:
+            UnknownName: if there is no camera of that name.
+            CannotDraw: if there is no OpenGL.
         """
-        with mujoco.Renderer(self._model, height, width) as renderer:
+        if camera not in self.cameras:
+            raise UnknownName("camera", camera, self.cameras)
+        check_drawing()
+        try:
+            if (width, height) not in self._renderers:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore")  # of a window library without a display
+                    self._renderers[width, height] = mujoco.Renderer(self._model, height, width)
+            renderer = self._renderers[width, height]
             renderer.update_scene(self._data, camera=camera)
             pixels: NDArray[np.uint8] = renderer.render()
             return pixels.copy()
+        except Exception as error:  # whatever the system's OpenGL lacks
+            raise CannotDraw(f"no picture without OpenGL (on Debian: {PACKAGES}): {error}") from error
+
+    def show(self, speed: float = 1.0) -> None:
+        """Open MuJoCo's interactive viewer, and from now on be no faster than a multiple of real time.
+
+        Raises:
+            CannotDraw: if there is no display.
+        """
+        from sim.viewer import Viewer
+
+        self._viewer = Viewer(self._model, self._data, speed)
+        self.listen(self._viewer.follow)
 
     def _run(
         self,

@@ -6,15 +6,19 @@ soft-body elasticity implicitly; what the object is made of stands in `sim.bodie
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
 
+from dynamics.errors import InvalidInput
 from dynamics.gripper import ParallelGripper
 from models.robot import Revision, gen3_mjcf
 from sim.bodies import Fidelity, add_object
+from sim.cameras import add_cameras
 from sim.contact import TIMESTEP
 from sim.truth import TrueObject
 
 TABLE_SIZE = (1.2, 1.6, 0.04)  # m, full lengths; its top is at z = 0, the arm's mounting face
+TABLE_MIDDLE = (0.3, 0.0)  # m, from the arm's base
 ARM_GAINS = {"large": (2000.0, 100.0, 105.0), "small": (500.0, 50.0, 52.0)}  # N m/rad, N m s/rad, N m
 GRIPPER_STIFFNESS = 1000.0  # N m/rad, of the drive that holds the fingers where they are
 GRIPPER_DAMPING = 10.0  # N m s/rad
@@ -35,7 +39,11 @@ def scene_mjcf(
         gripper: gives the lever of the grip force.
         revision, vision: which arm.
         fidelity: how the object deforms, see `sim.bodies`.
+
+    Raises:
+        InvalidInput: if the object would not stand on the table.
     """
+    _check_on_table(truth)
     root = ET.fromstring(gen3_mjcf(revision, vision, "2f85"))
     root.set("model", "palpate")
     ET.SubElement(
@@ -52,6 +60,7 @@ def scene_mjcf(
     world = _child(root, "worldbody")
     _add_table(world)
     add_object(root, truth, fidelity)
+    add_cameras(root, truth.declared.position, vision)
     base = _child(world, "body[@name='base_link']")
     for body in base.iter("body"):
         # The controller knows the weight of arm and gripper; what compensates it counts as the joints' torque.
@@ -63,6 +72,16 @@ def scene_mjcf(
         _child(base, f".//geom[@name='{pad}']").set("friction", f"{truth.friction} 0.005 0.0001")
     _add_drives(root, gripper)
     return ET.tostring(root, encoding="unicode")
+
+
+def _check_on_table(truth: TrueObject) -> None:
+    known = truth.declared
+    reach = math.hypot(*truth.size[:2]) / 2
+    for place, middle, length in zip(known.position, TABLE_MIDDLE, TABLE_SIZE, strict=False):
+        if abs(place - middle) + reach > length / 2:
+            (x, _), (a, b, _) = TABLE_MIDDLE, TABLE_SIZE
+            valid = f"x {x - a / 2 + reach:.3f} to {x + a / 2 - reach:.3f} m, y within {b / 2 - reach:.3f} m of 0"
+            raise InvalidInput(f"{known.source}: position_m", list(known.position), f"on the table: {valid}")
 
 
 def _add_drives(root: ET.Element, gripper: ParallelGripper) -> None:
@@ -102,7 +121,7 @@ def _add_table(world: ET.Element) -> None:
         name="table",
         type="box",
         size=f"{x / 2} {y / 2} {z / 2}",
-        pos=f"0.3 0 {-z / 2}",
+        pos=f"{TABLE_MIDDLE[0]} {TABLE_MIDDLE[1]} {-z / 2}",
         rgba="0.62 0.66 0.7 1",
         contype="1",
         conaffinity="7",
@@ -126,8 +145,6 @@ def _add_looks(root: ET.Element) -> None:
     )
     world = _child(root, "worldbody")
     ET.SubElement(world, "light", pos="0.3 -1 2", dir="0.1 0.5 -1", diffuse="0.5 0.5 0.5")
-    ET.SubElement(world, "camera", name="overview", pos="1.15 -0.95 0.62", xyaxes="0.72 0.69 0 -0.13 0.14 0.98")
-    ET.SubElement(world, "camera", name="close", pos="0.85 -0.35 0.2", xyaxes="0.7 0.71 0 -0.17 0.17 0.97")
 
 
 def _child(parent: ET.Element, path: str) -> ET.Element:

@@ -3,7 +3,8 @@
 A surface is centred on the middle of the shape's bounding box. Its points lie on the true surface, the outermost
 ones at the ends of the axes, so that pads and table meet the object exactly where they should; the volume that the
 flat triangles cut off is made up for in the modulus, see `sim.bodies`. Pads are held by points, not by what is in
-between: flat faces have one at least every ``SPACING``.
+between: there is one at least every ``SPACING`` across, none in the middle, so that two are under a pad; and every
+``RISE`` upward, one in the middle, for a pad that holds a tall body above it must not make it lean.
 """
 
 from __future__ import annotations
@@ -19,12 +20,13 @@ from dynamics.mesh import Mesh
 Array = NDArray[np.float64]
 Size = tuple[float, float, float]
 
-SPACING = 0.0095  # m; less than half a pad's width
+SPACING = 0.019  # m; less than a pad's width
+RISE = 0.0125  # m; a third of a pad's length
 
 
 def box(size: Size) -> Mesh:
     """Return a box by its three edges [m]."""
-    counts = [_steps(edge) for edge in size]
+    counts = [_steps(size[0]), _steps(size[1]), _rises(size[2])]
     numbers: dict[tuple[int, int, int], int] = {}
 
     def number(cell: tuple[int, int, int]) -> int:
@@ -54,9 +56,8 @@ def cylinder(size: Size, around: int = 24) -> Mesh:
         around: points around it, a multiple of four.
     """
     circle = _circle(around)
-    heights = np.linspace(-0.5, 0.5, _steps(size[2]) + 1)
-    rings = [_at(circle / 4, heights[0]), *(_at(circle / 2, z) for z in heights), _at(circle / 4, heights[-1])]
-    return _closed(rings).scaled(size)
+    heights = np.linspace(-0.5, 0.5, _rises(size[2]) + 1)
+    return _closed([_at(circle / 2, z) for z in heights]).scaled(size)
 
 
 def ellipsoid(size: Size, around: int = 24) -> Mesh:
@@ -72,7 +73,13 @@ def ellipsoid(size: Size, around: int = 24) -> Mesh:
 
 
 def _steps(length: float) -> int:
-    return max(3, math.ceil(length / SPACING))
+    """Return into how many steps a length across is divided, an odd number."""
+    return max(3, math.ceil(length / SPACING) // 2 * 2 + 1)
+
+
+def _rises(height: float) -> int:
+    """Return into how many steps a height is divided, an even number."""
+    return max(4, 2 * math.ceil(height / RISE / 2))
 
 
 def _circle(around: int) -> Array:

@@ -30,6 +30,7 @@ class TrueObject:
         friction: coefficient of friction against pads and table [-].
         damping: time constant of its stiffness-proportional damping [s].
         material: name of its material in the reference, or ``unknown``.
+        category: name of its category in references that have them, or ``unknown``.
         yield_strain: elastic strain (von Mises) beyond which it flows and does not spring back [-]; 0 if it never
             does.
     """
@@ -42,6 +43,7 @@ class TrueObject:
     friction: float
     damping: float
     material: str
+    category: str = "unknown"
     yield_strain: float = 0.0
 
     @property
@@ -84,6 +86,7 @@ def read_truth(path: Path) -> TrueObject:
         friction=table.number("friction", 0.8, at_least=0.2, at_most=1.0),
         damping=table.number("damping_s", 0.002, at_least=0.0, at_most=0.02, unit="s"),
         material=table.text("material", "unknown"),
+        category=table.text("category", "unknown"),
         yield_strain=table.number("yield_strain", 0.0, at_least=0.0, at_most=0.5),
     )
     table.done()

@@ -93,9 +93,13 @@ class Connection:
             )
         if user and address.scheme == "http" and not _is_loopback(address.hostname):
             raise InvalidInput("database: address", base, "https: a password never goes over plain HTTP")
-        if user and context is not None and context.verify_mode != ssl.CERT_REQUIRED:
+        if (
+            user
+            and context is not None
+            and not (context.verify_mode == ssl.CERT_REQUIRED and context.check_hostname)
+        ):
             raise InvalidInput(
-                "database: TLS", "a context that verifies nothing", "one that verifies certificates"
+                "database: TLS", "a context that verifies too little", "one that verifies certificates and names"
             )
         path = re.sub(r"/rest/?$", "", address.path).rstrip("/")
         self.base = urllib.parse.urlunsplit((address.scheme, address.netloc, path, "", ""))
@@ -188,6 +192,10 @@ class Connection:
         if error.code >= 500:
             raise ServerFailed(message) from None
         raise ServerRefused(error.code, message) from None
+
+
+def _verifies(context: ssl.SSLContext) -> bool:
+    return context.verify_mode == ssl.CERT_REQUIRED and context.check_hostname
 
 
 def _is_loopback(host: str) -> bool:

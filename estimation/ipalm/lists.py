@@ -13,6 +13,7 @@ from typing import Any
 
 from dynamics.errors import InvalidInput
 from estimation.measurement import Measurement
+from estimation.observation import Observation
 from estimation.units import parse_unit
 
 
@@ -24,11 +25,13 @@ class MeasuredObject:
         name: what the object is called.
         object_id: its number in the list's owner's world, if it has one.
         measurements: in SI units, in the order they were taken.
+        observations: of classes; their values are likelihoods by class. Written, and left out when read.
     """
 
     name: str
     object_id: str | None = None
     measurements: tuple[Measurement, ...] = ()
+    observations: tuple[Observation, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -106,10 +109,13 @@ def to_measurement(
 
 
 def _object(item: MeasuredObject) -> dict[str, object]:
-    listed: dict[str, object] = {"object_name": item.name}
+    listed: dict[str, Any] = {"object_name": item.name}
     listed["measurements"] = [
         {"name": m.property, "value": {"sigma": m.sd, "mean": m.mean, "units": m.unit}} for m in item.measurements
     ]
+    seen = [{"name": o.variable, "value": {"likelihoods": o.by_class}} for o in item.observations]
+    if seen:
+        listed["measurements"] = [*listed["measurements"], *seen]
     if item.object_id is not None:
         listed["object_id"] = item.object_id
     return listed

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+import sys
 import zipfile
-import zlib
 from pathlib import Path
 from typing import Any
 
@@ -35,15 +35,13 @@ def read_npz(path: Path, mapping: LogMap, arm: Arm | None = None) -> Recording:
                 name = info.filename.removesuffix(".npy")
                 array = _read_array(archive, info)
                 if name == phase and array.dtype.kind in "US" and array.ndim == 1:
-                    labels = [str(label) for label in array]
+                    labels = _texts(array)
                 elif array.dtype.kind in "fiub" and array.ndim in (1, 2):
                     arrays[name] = array.astype(float)
                 elif array.dtype.names is not None and array.ndim == 1:
                     arrays |= _fields(array)
-    except (OSError, ValueError, KeyError, EOFError, NotImplementedError, RuntimeError, MemoryError) as error:
+    except Exception as error:  # the libraries raise whatever a damaged file provokes, from EOFError to TokenError
         raise InvalidInput(f"{path}", str(error) or type(error).__name__, "an NPZ file of numbers") from None
-    except (zipfile.BadZipFile, zlib.error, SyntaxError, TypeError, OverflowError) as error:
-        raise InvalidInput(f"{path}", str(error), "an NPZ file of numbers") from None
     signals = pick_columns(path, arrays, mapping)
     lengths = {name: len(values) for name, values in signals.items()}
     if labels is not None:
@@ -66,6 +64,16 @@ def _read_array(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDArray[Any]
     with archive.open(info) as file:
         array: NDArray[Any] = form.read_array(file, allow_pickle=False)
     return array
+
+
+def _texts(array: NDArray[Any]) -> list[str]:
+    """Return labels; NumPy itself would make strings of what is no character."""
+    if array.dtype.kind == "S":
+        return [label.decode("utf-8", "replace") for label in array.tolist()]
+    codes = np.frombuffer(array.tobytes(), np.dtype(np.uint32).newbyteorder(array.dtype.byteorder))
+    if len(codes) and codes.max() > sys.maxunicode:
+        raise ValueError("a label that is no text")
+    return [str(label) for label in array]
 
 
 def _fields(array: NDArray[Any]) -> dict[str, NDArray[np.float64]]:

@@ -1,6 +1,6 @@
 """Run directories that survive a crash, and the recordings read back from them."""
 
-from estimation.recording.data import Entry, Mark, Recorded, Recording, Rejections, Samples
+from estimation.recording.data import Entry, Mark, Observed, Recorded, Recording, Rejections, Samples
 from estimation.recording.files import CannotRecord
 from estimation.recording.reader import read_recording
 from estimation.recording.writer import RunWriter
@@ -9,6 +9,7 @@ __all__ = [
     "CannotRecord",
     "Entry",
     "Mark",
+    "Observed",
     "Recorded",
     "Recording",
     "Rejections",

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from dynamics.errors import InvalidInput
 from dynamics.signals import GripperReadings, JointReadings, Phase, Sample
 from estimation.measurement import Measurement
+from estimation.observation import Observation
 
 Array = NDArray[np.float64]
 
@@ -123,6 +124,23 @@ class Recorded:
 
 
 @dataclass(frozen=True)
+class Observed:
+    """An observation as it was made.
+
+    Attributes:
+        time: of the robot's clock [s].
+        action: which made it.
+        observation: what was perceived.
+        row: how many samples came before it.
+    """
+
+    time: float
+    action: str
+    observation: Observation
+    row: int = 0
+
+
+@dataclass(frozen=True)
 class Rejections:
     """Rows of a log that could not be used.
 
@@ -145,6 +163,7 @@ class Recording:
         marks: where its phases stand, in order; empty when nobody marked them.
         decisions, beliefs: in order of time.
         measurements: in order of time.
+        observations: of classes, in order of time.
         config: the resolved configuration of the run.
         object_name: what was explored, where it is known.
         started: when the run began, in universal time, where it is known.
@@ -174,6 +193,7 @@ class Recording:
     clock: Array | None = None
     rejections: Rejections = Rejections()
     notes: tuple[str, ...] = ()
+    observations: tuple[Observed, ...] = ()
 
     @property
     def phases(self) -> tuple[Phase, ...]:

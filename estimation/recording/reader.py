@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.errors import InvalidInput
-from estimation.recording.data import Entry, Mark, Recorded, Recording, Samples, no_samples
+from estimation.recording.data import Entry, Mark, Observed, Recorded, Recording, Samples, no_samples
 from estimation.recording.segment import COLUMNS, Segment
 
 SEGMENT_GAP = 1.0  # s put between two parts of a run whose clocks do not fit
@@ -49,6 +49,7 @@ def read_recording(path: Path) -> Recording:
         joint_names=builder.joint_names,
         complete=builder.complete,
         notes=tuple(builder.notes),
+        observations=tuple(builder.observations),
     )
 
 
@@ -60,6 +61,7 @@ class _Builder:
         self.decisions: list[Entry] = []
         self.measurements: list[Recorded] = []
         self.beliefs: list[Entry] = []
+        self.observations: list[Observed] = []
         self.config: Mapping[str, Any] = {}
         self.object_name = ""
         self.started = ""
@@ -112,6 +114,7 @@ class _Builder:
         self.decisions += [Entry(e.time + shift, e.data, e.row + base) for e in part.decisions]
         self.beliefs += [Entry(e.time + shift, e.data, e.row + base) for e in part.beliefs]
         self.measurements += [replace(m, time=m.time + shift, row=m.row + base) for m in part.measurements]
+        self.observations += [replace(o, time=o.time + shift, row=o.row + base) for o in part.observations]
         self._end = max(self._end, part.last_time + shift)
 
 

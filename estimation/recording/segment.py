@@ -19,10 +19,21 @@ from numpy.typing import NDArray
 
 from dynamics.errors import InvalidInput
 from estimation.measurement import Measurement
+from estimation.observation import Observation
 from estimation.recording.cdr import Layout, decode
 from estimation.recording.chunks import read_chunks
-from estimation.recording.data import Entry, Mark, Recorded
-from estimation.recording.stream import BELIEF, DECISION, GRIPPER, GRIPPER_NAMES, JOINTS, MEASUREMENT, PHASE, RUN
+from estimation.recording.data import Entry, Mark, Observed, Recorded
+from estimation.recording.stream import (
+    BELIEF,
+    DECISION,
+    GRIPPER,
+    GRIPPER_NAMES,
+    JOINTS,
+    MEASUREMENT,
+    OBSERVATION,
+    PHASE,
+    RUN,
+)
 
 Array = NDArray[np.float64]
 
@@ -31,7 +42,7 @@ COLUMNS = ("time", "q", "dq", "tau", "opening", "effort")
 _MESSAGE = struct.Struct("<BQHIQQ")
 _HEAD = 11  # bytes of a message record that are equal within a channel: opcode, length, channel
 _DATA = 31  # where the message stands in its record
-_TOPICS = (JOINTS, GRIPPER, RUN, PHASE, DECISION, MEASUREMENT, BELIEF)
+_TOPICS = (JOINTS, GRIPPER, RUN, PHASE, DECISION, MEASUREMENT, OBSERVATION, BELIEF)
 
 
 class _Form:
@@ -57,7 +68,7 @@ class Segment:
 
     Attributes:
         names: of the joints.
-        marks, decisions, beliefs, measurements: as in a recording.
+        marks, decisions, beliefs, measurements, observations: as in a recording.
         config, object_name, started: what the run said of itself.
         note: why the rest could not be read; empty if all could.
         count: number of samples.
@@ -71,6 +82,7 @@ class Segment:
         self.decisions: list[Entry] = []
         self.beliefs: list[Entry] = []
         self.measurements: list[Recorded] = []
+        self.observations: list[Observed] = []
         self.config: Mapping[str, Any] = {}
         self.object_name = ""
         self.started = ""
@@ -98,6 +110,7 @@ class Segment:
         self.decisions = [replace(e, row=min(e.row, last)) for e in self.decisions]
         self.beliefs = [replace(e, row=min(e.row, last)) for e in self.beliefs]
         self.measurements = [replace(m, row=min(m.row, last)) for m in self.measurements]
+        self.observations = [replace(o, row=min(o.row, last)) for o in self.observations]
 
     def blocks(self, name: str) -> list[Array]:
         """Return a column of the samples, in blocks, and forget it."""
@@ -208,12 +221,24 @@ class Segment:
                 self.decisions.append(Entry(time, data["data"], row))
             elif topic == BELIEF:
                 self.beliefs.append(Entry(time, data["data"], row))
+            elif topic == OBSERVATION:
+                likelihoods = {str(name): float(value) for name, value in data["likelihoods"].items()}
+                seen = Observation.of(str(data["variable"]), likelihoods)
+                self.observations.append(Observed(time, str(data["action"]), seen, row))
             else:
                 value = Measurement(
                     str(data["property"]), float(data["mean"]), float(data["sd"]), str(data["unit"])
                 )
                 self.measurements.append(Recorded(time, str(data["action"]), value, row))
-        except (KeyError, TypeError, ValueError, OverflowError, InvalidInput, RecursionError) as error:
+        except (
+            KeyError,
+            TypeError,
+            ValueError,
+            AttributeError,
+            OverflowError,
+            InvalidInput,
+            RecursionError,
+        ) as error:
             raise ValueError(f"{topic} at {log_time / 1e9:.3f} s: {error}") from None
         self._see(log_time / 1e9)
 

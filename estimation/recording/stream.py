@@ -23,6 +23,7 @@ from estimation.recording.files import CannotRecord
 
 JOINTS, GRIPPER = "/joint_states", "/gripper"
 RUN, PHASE, DECISION, MEASUREMENT, BELIEF = "/run", "/phase", "/decision", "/measurement", "/belief"
+OBSERVATION = "/observation"
 LIBRARY = "palpate"  # what the header of the file calls its writer
 GRIPPER_NAMES = ("gripper", "robot_clock")  # opening [m] and current [A]; the exact time, for stamps are whole ns
 
@@ -47,6 +48,10 @@ _SCHEMAS = {
             "sd": {"type": "number"},
             "unit": {"type": "string"},
         },
+    ),
+    OBSERVATION: (
+        "palpate.Observation",
+        {"action": {"type": "string"}, "variable": {"type": "string"}, "likelihoods": {"type": "object"}},
     ),
     BELIEF: ("palpate.Belief", {}),
 }

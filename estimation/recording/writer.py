@@ -14,7 +14,9 @@ from dynamics.errors import InvalidInput
 from dynamics.signals import Sample
 from estimation import ipalm
 from estimation.measurement import Measurement
+from estimation.observation import Observation
 from estimation.recording import stream as topics
+from estimation.recording.data import Observed, Recorded
 from estimation.recording.files import CannotRecord, sync_folder, to_json, to_toml, write_atomically
 from estimation.recording.reader import read_recording
 from estimation.recording.stream import MessageStream
@@ -103,15 +105,19 @@ class RunWriter:
         file = directory / f"run-{segment}.mcap"
         stream = MessageStream(file, joint_names or past.joint_names)
         name = past.object_name or directory.name
-        run = cls(directory, name, stream, len(past.measurements))
+        run = cls(directory, name, stream, len(past.measurements) + len(past.observations))
         opening = {"object_name": name, "config": past.config, "started": _now(), "segment": segment}
         try:
             stream.put_event(topics.RUN, 0.0, to_json("run: config", opening))
             stream.commit()
             (directory / MEASUREMENTS).mkdir(exist_ok=True)
-            for number, recorded in enumerate(past.measurements, 1):
-                if not run._measurement_file(number, recorded.measurement).exists():
-                    run._write_measurement(number, recorded.measurement)
+            found: list[Recorded | Observed] = sorted(
+                [*past.measurements, *past.observations], key=lambda one: one.time
+            )
+            for number, one in enumerate(found, 1):
+                content = one.measurement if isinstance(one, Recorded) else one.observation
+                if not run._file(number, content).exists():
+                    run._write(number, content)
         except (CannotRecord, OSError) as error:
             with contextlib.suppress(CannotRecord):
                 stream.close()
@@ -142,12 +148,13 @@ class RunWriter:
 
     def measurement(self, time: float, action: str, measurement: Measurement) -> None:
         """Keep a measurement, in the stream and as a file of its own; both are on disk on return."""
-        number = self._count + 1
         values = {name: getattr(measurement, name) for name in ("property", "mean", "sd", "unit")}
-        data = {"action": action, "number": number, **values}
-        self._keep(topics.MEASUREMENT, time, data)
-        self._count = number
-        self._write_measurement(number, measurement)
+        self._keep_numbered(topics.MEASUREMENT, time, action, values, measurement)
+
+    def observation(self, time: float, action: str, observation: Observation) -> None:
+        """Keep an observation of a class, in the stream and as a file of its own; both are on disk on return."""
+        values = {"variable": observation.variable, "likelihoods": observation.by_class}
+        self._keep_numbered(topics.OBSERVATION, time, action, values, observation)
 
     def finish(self, result: Mapping[str, Any]) -> None:
         """Keep the result of the run as ``result.json``; equal results give equal bytes.
@@ -180,12 +187,24 @@ class RunWriter:
         self._stream.put_event(topic, time, text)
         self._stream.commit()
 
-    def _write_measurement(self, number: int, measurement: Measurement) -> None:
-        listed = ipalm.MeasuredObject(self._object, object_id=None, measurements=(measurement,))
-        write_atomically(self._measurement_file(number, measurement), ipalm.to_list([listed]))
+    def _keep_numbered(
+        self, topic: str, time: float, action: str, values: Mapping[str, Any], content: Measurement | Observation
+    ) -> None:
+        number = self._count + 1
+        self._keep(topic, time, {"action": action, "number": number, **values})
+        self._count = number
+        self._write(number, content)
 
-    def _measurement_file(self, number: int, measurement: Measurement) -> Path:
-        name = "".join(c if c.isalnum() or c in "-_" else "_" for c in measurement.property)
+    def _write(self, number: int, content: Measurement | Observation) -> None:
+        if isinstance(content, Measurement):
+            text = ipalm.to_list([ipalm.MeasuredObject(self._object, None, measurements=(content,))])
+        else:
+            text = ipalm.to_list([ipalm.MeasuredObject(self._object, None, observations=(content,))])
+        write_atomically(self._file(number, content), text)
+
+    def _file(self, number: int, content: Measurement | Observation) -> Path:
+        spoken = content.property if isinstance(content, Measurement) else content.variable
+        name = "".join(c if c.isalnum() or c in "-_" else "_" for c in spoken)
         return self.directory / MEASUREMENTS / f"{number:03d}-{name}.json"
 
 

@@ -2,6 +2,16 @@
 
 from estimation.conclude import conclude
 from estimation.reestimation.again import Redone, Reestimate, reestimate
-from estimation.reestimation.description import Known, arm_named, describe, known_of
+from estimation.reestimation.description import Known, arm_named, describe, describe_bench, known_of
 
-__all__ = ["Known", "Redone", "Reestimate", "arm_named", "conclude", "describe", "known_of", "reestimate"]
+__all__ = [
+    "Known",
+    "Redone",
+    "Reestimate",
+    "arm_named",
+    "conclude",
+    "describe",
+    "describe_bench",
+    "known_of",
+    "reestimate",
+]

@@ -13,6 +13,7 @@ from dynamics.signals import Phase
 from estimation.belief import Belief
 from estimation.conclude import conclude
 from estimation.measurement import Measurement
+from estimation.observation import Observation
 from estimation.recording import Recording
 from estimation.reestimation.description import Known
 from estimation.reestimation.episodes import (
@@ -74,7 +75,7 @@ def reestimate(recording: Recording, known: Known, tares: Sequence[Recording] = 
         InvalidInput: if a log without marks has nothing in it that can be measured.
     """
     notes = [*recording.notes, *known.notes]
-    state = _State(known)
+    state = _State(known, tuple(one.observation for one in recording.observations))
     done = []
     if recording.marks:
         for episode in episodes_of(recording):
@@ -90,8 +91,8 @@ def reestimate(recording: Recording, known: Known, tares: Sequence[Recording] = 
 class _State:
     """What is known so far, as in an exploration."""
 
-    def __init__(self, known: Known) -> None:
-        self.known = known
+    def __init__(self, known: Known, observed: tuple[Observation, ...] = ()) -> None:
+        self.known, self.observed = known, observed
         self.size = None if known.declared is None else SizeEstimate.declared(known.declared)
         self.measured: list[Measurement] = []
 
@@ -105,7 +106,7 @@ class _State:
     def belief(self) -> Belief | None:
         if self.known.blank is None or self.size is None:
             return None
-        return conclude(self.known.blank, self.size, self.measured)
+        return conclude(self.known.blank, self.size, self.measured, self.observed)
 
 
 Result = tuple[Sequence[Measurement], tuple[str, ...]]
@@ -167,7 +168,7 @@ def _measure(state: _State, episode: Episode, phases: Sequence[Phase], unused: b
         for one in recorded:  # a kind without samples, such as a look: its word is taken
             state.take(one, 0)
         return Redone(episode.action, recorded, recorded, ("measurements taken over: not made from samples",))
-    edge = _closing_edge(state.known, phases)
+    edge = closing_edge(state.known, phases)
     try:
         measurements, notes = kind(state, phases, edge)
     except PalpateError as error:
@@ -181,8 +182,10 @@ def _measure(state: _State, episode: Episode, phases: Sequence[Phase], unused: b
     return Redone(episode.action, tuple(measurements), recorded, notes)
 
 
-def _closing_edge(known: Known, phases: Sequence[Phase]) -> int:
-    """Return the edge of the object that the pads close on: 0 or 1, the nearer to the tool's y axis."""
+def closing_edge(known: Known, phases: Sequence[Phase]) -> int:
+    """Return the edge that the pads close on: as recorded, or 0 or 1, the nearer to the tool's y axis."""
+    if known.closing_edge is not None:
+        return known.closing_edge
     grasped = [phase for phase in phases if phase.name in ("grasp", "close", "compress") and phase.samples]
     if known.declared is None or not grasped:
         return 1

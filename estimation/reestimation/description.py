@@ -32,6 +32,7 @@ class Known:
         declared: of the object.
         blank: belief before anything was measured.
         notes: what is missing, and why.
+        closing_edge: which edge of the object the pads close on; None where the arm's pose tells.
     """
 
     arm: Arm
@@ -39,13 +40,23 @@ class Known:
     declared: DeclaredObject | None = None
     blank: Belief | None = None
     notes: tuple[str, ...] = ()
+    closing_edge: int | None = None
 
 
 def describe(arm: Arm, gripper: ParallelGripper) -> dict[str, Any]:
     """Return what a configuration should say of a robot: ``arm`` and ``gripper``; infinite values are left out."""
+    return {"arm": arm.name, "torque_gain_sd": arm.torque_gain_sd, "gripper": describe_gripper(gripper)}
+
+
+def describe_bench(gripper: ParallelGripper, edge: int) -> dict[str, Any]:
+    """Return what a configuration should say of plates without an arm that close on an edge of the object."""
+    return {"closing_edge": edge, "gripper": describe_gripper(gripper)}
+
+
+def describe_gripper(gripper: ParallelGripper) -> dict[str, Any]:
+    """Return a gripper's description; infinite values are left out."""
     table = dataclasses.asdict(gripper)
-    finite = {k: v for k, v in table.items() if not (isinstance(v, float) and math.isinf(v))}
-    return {"arm": arm.name, "torque_gain_sd": arm.torque_gain_sd, "gripper": finite}
+    return {k: v for k, v in table.items() if not (isinstance(v, float) and math.isinf(v))}
 
 
 def known_of(
@@ -62,15 +73,17 @@ def known_of(
         InvalidInput: if something that was named here can not be read; what only the configuration names is noted.
     """
     notes: list[str] = []
+    edge = config.get("closing_edge")
+    edge = edge if isinstance(edge, int) and edge in (0, 1, 2) else None
     if arm is None:
         named = config.get("arm")
         arm = arm_named(named) if isinstance(named, str) else Arm.gen3()
-        if config and not isinstance(named, str):
+        if config and not isinstance(named, str) and edge is None:
             notes.append("the recording does not say which arm it was; taken as gen3-V12 with vision and 2f85")
         arm.torque_gain_sd = Table("recording", config).number("torque_gain_sd", arm.torque_gain_sd, at_least=0)
     declared = _declared(config, object_file, notes)
     blank = _blank(config, reference, notes)
-    return Known(arm, _gripper(config, notes), declared, blank, tuple(notes))
+    return Known(arm, _gripper(config, notes), declared, blank, tuple(notes), edge)
 
 
 def arm_named(name: str, tool_frame: str = "") -> Arm:

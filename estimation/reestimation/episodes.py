@@ -16,6 +16,7 @@ STILL = 0.02  # rad/s below which a joint stands
 CREEP = 0.02  # rad that a joint may wander during a hold
 LEAST_HOLD = 0.5  # s
 SETTLING = 0.3  # s left out at the start of a hold, while the arm swings
+CONTACT_SHARE = 0.3  # of the rise of the current, at which the pads have met the object
 GRIPPED = 0.002  # m by which pads close before an object is thought to be held
 
 
@@ -42,10 +43,11 @@ def episodes_of(recording: Recording) -> tuple[Episode, ...]:
         grouped.setdefault((int(np.searchsorted(rows, mark.start, side="right")), mark.action), []).append(mark)
     measured: dict[tuple[int, str], list[Recorded]] = {}
     for one in recording.measurements:
-        # A measurement comes after its action's samples and before the next decision, perhaps at the same row.
-        turns = [
-            turn for turn, action in grouped if action == one.action and grouped[turn, action][0].start <= one.row
-        ]
+        # A measurement comes after its action's samples and before the next decision, perhaps at its row: then
+        # it is of the action that ends there, not of the one that begins, unless that is the only one.
+        starts = {turn: marks[0].start for (turn, action), marks in grouped.items() if action == one.action}
+        turns = [turn for turn, start in starts.items() if start < one.row]
+        turns = turns or [turn for turn, start in starts.items() if start == one.row]
         measured.setdefault((max(turns, default=0), one.action), []).append(one)
     return tuple(
         Episode(action, tuple(marks), tuple(measured.get((turn, action), ())))
@@ -56,8 +58,8 @@ def episodes_of(recording: Recording) -> tuple[Episode, ...]:
 def find_weighing(samples: Samples) -> tuple[Mark, ...]:
     """Find the tares and holds of a recording without marks, by where the arm stands and what the gripper holds.
 
-    A hold is a stretch of at least LEAST_HOLD during which no joint moves. It is a tare when the gripper is as
-    open as before it closed on something, and a hold of the object after that.
+    A stand of at least LEAST_HOLD is a hold if the gripper has closed on something, and a tare if not.
+    Where the object is gripped or let go without a motion of the arm it may rest on something: no hold there.
 
     Raises:
         InvalidInput: if the arm never stands, or the log does not tell when something was held.
@@ -67,29 +69,37 @@ def find_weighing(samples: Samples) -> tuple[Mark, ...]:
         raise InvalidInput(
             "recording without marks", "no opening of the gripper", "a log of the tare; option --tare"
         )
-    closed = _held(samples.opening)
-    names = ["hold" if np.median(closed[start:stop]) > 0.5 else "tare" for start, stop in stretches]
+    held = _held(samples)
+    stands = _stretches(_arm_stands(samples))
+    names, kept = [], []
+    for start, stop in stretches:
+        holding = bool(np.median(held[start:stop]) > 0.5)
+        around = next(slice(a, b) for a, b in stands if a <= start and stop <= b)
+        if holding and not held[around].all():
+            continue
+        names.append("hold" if holding else "tare")
+        kept.append((start, stop))
     if len(set(names)) < 2:
-        raise InvalidInput(
-            "recording without marks", f"{len(names)} stands, all {names[0]}", "stands with and without the object"
-        )
-    return mark_all("weigh", names, stretches)
+        found = f"{len(names)} stands, all {names[0]}" if names else "no stand that tells"
+        raise InvalidInput("recording without marks", found, "stands with and without the object")
+    return mark_all("weigh", names, kept)
 
 
 def find_holds(samples: Samples) -> list[tuple[int, int]]:
-    """Return the stretches in which the arm stands, as rows from and to.
+    """Return the stretches in which arm and gripper stand, as rows from and to.
 
     Raises:
         InvalidInput: if there is none.
     """
-    still = np.all(np.abs(samples.dq) < STILL, axis=1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
+    still = _arm_stands(samples)
+    if not np.isnan(samples.opening).any():
+        still &= ~_gripper_moves(samples)
     found = []
-    for start, stop in zip(edges[::2], edges[1::2], strict=True):
+    for start, stop in _stretches(still):
         begin = int(np.searchsorted(samples.time, samples.time[start] + SETTLING))
         long = begin < stop and samples.time[stop - 1] - samples.time[begin] >= LEAST_HOLD
         if long and np.all(np.ptp(samples.q[begin:stop], axis=0) < CREEP):
-            found.append((begin, int(stop)))
+            found.append((begin, stop))
     if not found:
         raise InvalidInput("recording", "an arm that never stands still", f"holds of at least {LEAST_HOLD} s")
     return found
@@ -100,24 +110,44 @@ def find_squeezes(samples: Samples) -> tuple[Mark, ...]:
 
     Returns no marks if the gripper never closes on anything, or the log has no current.
     """
+    closings = _closings(samples)
+    names = ["compress" if one.contact is not None else "air" for one in closings]
+    if "compress" not in names or "air" not in names:
+        return ()
+    return mark_all("squeeze", names, [(one.start, one.stop) for one in closings])
+
+
+@dataclass(frozen=True)
+class _Closing:
+    """Rows of a closing move, and the opening at which the pads met something, if they did [m]."""
+
+    start: int
+    stop: int
+    contact: float | None
+
+
+def _closings(samples: Samples) -> list[_Closing]:
+    """Return the closing moves; none if the log has no current."""
     if np.isnan(samples.effort).any() or np.isnan(samples.opening).any():
-        return ()
+        return []
     closing = np.concatenate([[0.0], np.diff(samples.opening)]) < 0
-    moves = _runs(closing, gap=max(int(0.1 / max(float(np.median(np.diff(samples.time))), 1e-4)), 1))
-    names, stretches = [], []
+    moves = _runs(closing, gap=max(int(0.1 / _step(samples)), 1))
     if not moves:
-        return ()
-    start_current = float(np.median(samples.effort[slice(*moves[0])]))
+        return []
+    free = float(np.median(samples.effort[slice(*moves[0])]))
     noise = float(np.median(np.abs(np.diff(samples.effort)))) + 1e-3
+    found = []
     for start, stop in moves:
         if samples.opening[start] - samples.opening[stop - 1] < GRIPPED / 4:
             continue
-        rise = float(np.median(samples.effort[max(stop - 4, start) : stop])) - start_current
-        names.append("compress" if rise > 5 * noise else "air")
-        stretches.append((start, stop))
-    if "compress" not in names or "air" not in names:
-        return ()
-    return mark_all("squeeze", names, stretches)
+        effort = samples.effort[start:stop]
+        rise = float(np.quantile(effort[-max(int(0.2 / _step(samples)), 4) :], 0.75)) - free
+        contact = None
+        if rise > 5 * noise:
+            below = np.flatnonzero(effort <= free + CONTACT_SHARE * rise)
+            contact = float(samples.opening[start + (int(below[-1]) if len(below) else 0)])
+        found.append(_Closing(start, stop, contact))
+    return found
 
 
 def mark_all(action: str, names: list[str], stretches: list[tuple[int, int]]) -> tuple[Mark, ...]:
@@ -130,10 +160,45 @@ def mark_all(action: str, names: list[str], stretches: list[tuple[int, int]]) ->
     return tuple(marks)
 
 
-def _held(opening: Array) -> NDArray[np.bool_]:
-    """Tell for every row whether the pads are closed on something: between fully closed and the open state."""
-    widest = float(np.max(opening))
-    return np.asarray((opening < widest - GRIPPED) & (opening > float(np.min(opening)) * 0.5), bool)
+def _held(samples: Samples) -> NDArray[np.bool_]:
+    """Tell for every row whether the pads are closed on something.
+
+    By the current: from the end of a closing move that met something until the pads are further apart than they
+    were then. Without a current: when they are between fully closed and the open state.
+    """
+    opening = samples.opening
+    closings = _closings(samples)
+    if not closings:
+        widest = float(np.max(opening))
+        return np.asarray((opening < widest - GRIPPED) & (opening > float(np.min(opening)) * 0.5), bool)
+    held = np.zeros(len(opening), bool)
+    for one in closings:
+        if one.contact is not None:
+            wider = np.flatnonzero(opening[one.stop :] > one.contact + GRIPPED / 2)
+            held[one.stop : one.stop + int(wider[0]) if len(wider) else None] = True
+    return held
+
+
+def _arm_stands(samples: Samples) -> NDArray[np.bool_]:
+    return np.asarray(np.all(np.abs(samples.dq) < STILL, axis=1), bool)
+
+
+def _gripper_moves(samples: Samples) -> NDArray[np.bool_]:
+    """Tell for every row whether the opening changes by more than its last digits around it."""
+    reach = max(int(0.1 / _step(samples)), 1)
+    padded = np.pad(samples.opening, reach, mode="edge")
+    return np.asarray(np.abs(padded[2 * reach :] - padded[: -2 * reach]) > GRIPPED / 2, bool)
+
+
+def _step(samples: Samples) -> float:
+    """Return the usual time between rows [s]."""
+    return max(float(np.median(np.diff(samples.time))), 1e-4) if len(samples) > 1 else 1.0
+
+
+def _stretches(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return the runs of true flags, as rows from and to."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(int), [0]])))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _runs(flags: NDArray[np.bool_], gap: int) -> list[tuple[int, int]]:

@@ -33,7 +33,7 @@ def report_of(log: Path, request: Request) -> Mapping[str, Any]:
         recording = read_log(log, mapping, arm)
     known = known_of(recording.config, arm, request.reference, request.object_file)
     tares = [read_log(Path(path), mapping, known.arm) for path in request.tares]
-    if is_motion(recording):
+    if is_motion(recording) or (request.drives and not recording.marks):
         moved = weigh_motion(known.arm, recording, tares, request.drives)
         return report(log, Reestimate(recording, (moved,), None, {}, recording.notes))
     return report(log, reestimate(recording, known, tares))

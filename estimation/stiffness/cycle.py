@@ -42,17 +42,26 @@ class Hysteresis:
         return 1 - self.returned / self.work
 
 
-def separate(curve: StressStrain) -> tuple[StressStrain, StressStrain]:
-    """Return the loading and the unloading part of a curve; the unloading is empty where the pads never opened."""
-    end = end_of_loading(curve.strain, curve.stress)
+def separate(curve: StressStrain, loading: int | None = None) -> tuple[StressStrain, StressStrain]:
+    """Return the loading and the unloading part of a curve; the unloading is empty where the pads never opened.
+
+    Args:
+        curve: of a whole cycle.
+        loading: how many readings the loading has, where it is known.
+    """
+    end = end_of_loading(curve.strain, curve.stress) if loading is None else loading
     first = StressStrain(curve.strain[:end], curve.stress[:end], curve.geometry)
     return first, StressStrain(curve.strain[end:], curve.stress[end:], curve.geometry)
 
 
-def hysteresis(curve: StressStrain) -> Hysteresis:
+def hysteresis(curve: StressStrain, loading: int | None = None) -> Hysteresis:
     """Return the work of loading and unloading, integral of stress over strain, baseline taken off.
 
     Each branch is a running median over strain, so that a spike of current counts for nothing.
+
+    Args:
+        curve: of a whole cycle.
+        loading: how many readings the loading has, where it is known.
 
     Raises:
         InvalidInput: if the curve has no unloading, no work was done, or the opening was renewed so much less
@@ -62,7 +71,7 @@ def hysteresis(curve: StressStrain) -> Hysteresis:
         raise InvalidInput(
             "hysteresis: opening", "renewed less often than the force", "openings of the same instants"
         )
-    first, second = separate(curve)
+    first, second = separate(curve, loading)
     if len(second) < 5:
         raise InvalidInput("hysteresis: unloading", f"{len(second)} readings", "at least 5")
     low = max(float(np.min(first.strain)), float(np.min(second.strain)))

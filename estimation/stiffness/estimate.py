@@ -115,6 +115,16 @@ class StiffnessEstimate:
         gain = self.tangent(strain) * self._gain_sd
         return math.sqrt(float(row @ self.curve.covariance @ row) + gain**2)
 
+    def chord_sd(self, a: float, b: float) -> float:
+        """Return the standard deviation of the chord modulus, with that of the calibration [Pa]."""
+        low, high = float(self._h(a)[0]), float(self._h(b)[0])
+        x, chord = self.curve.parameters, self.chord(a, b)
+        row = np.zeros(len(x))
+        row[MODULUS] = chord / x[MODULUS]
+        for power in range(2, 2 + len(x) - CURVE):
+            row[CURVE + power - 2] = x[MODULUS] * (high**power - low**power) / (high - low)
+        return math.sqrt(float(row @ self.curve.covariance @ row) + (chord * self._gain_sd) ** 2)
+
     @property
     def _gain_sd(self) -> float:
         if not math.isfinite(self.sd):

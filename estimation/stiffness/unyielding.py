@@ -21,7 +21,13 @@ ONE_SIDED = 1.645  # standard deviations of a bound of 95 %
 
 
 def hardly_gives(
-    opening: Array, force: Array, force_sd: Array, quantum: float, geometry: Geometry, noise: CurveNoise
+    opening: Array,
+    force: Array,
+    force_sd: Array,
+    quantum: float,
+    geometry: Geometry,
+    noise: CurveNoise,
+    steps: float = FEW_STEPS,
 ) -> StiffnessEstimate | None:
     """Return the bound that readings of an object give which yields by two steps of the opening at most.
 
@@ -35,6 +41,7 @@ def hardly_gives(
         quantum: step of the opening [m]; 0 where it is not reported in steps.
         geometry: of the object between the pads.
         noise: gives the relative standard deviation of the calibration.
+        steps: of the opening, by which an object may yield at most.
 
     Returns:
         None for an object that gives more, that was hardly pressed, or without steps.
@@ -45,7 +52,7 @@ def hardly_gives(
     order = np.argsort(force[pressing])
     opening, force, force_sd = opening[pressing][order], force[pressing][order], force_sd[pressing][order]
     give = float(np.ptp(opening))
-    if give > FEW_STEPS * quantum:
+    if give > steps * quantum:
         return None
     rise = float(np.median(force[-ENDS:]) - np.median(force[:ENDS]))
     sd = math.hypot(float(np.median(force_sd[-ENDS:])), float(np.median(force_sd[:ENDS])))

@@ -11,6 +11,7 @@ from dynamics.shapes import Shape
 from dynamics.signals import Phase
 from estimation.measurement import Measurement
 from estimation.network import Network
+from estimation.observation import Observation
 from estimation.size import SizeEstimate
 from selection.actions.hand import Hand
 from selection.planner import ActionModel
@@ -42,10 +43,12 @@ class Findings:
     Attributes:
         measurements: quantities with their uncertainty.
         notes: what else a person should know, such as a bound where no number could be given.
+        observations: evidence about classes.
     """
 
     measurements: tuple[Measurement, ...]
     notes: tuple[str, ...] = ()
+    observations: tuple[Observation, ...] = ()
 
 
 class Action(Protocol):

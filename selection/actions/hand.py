@@ -9,26 +9,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.collision import Box, Workspace, shifted
-from dynamics.errors import ActionFailed, InvalidInput, MotionRefused
-from dynamics.kinematics import solve_pose, straight_joints, straight_line, tool_down
+from dynamics.errors import ActionFailed, MotionRefused
+from dynamics.kinematics import solve_pose, straight_joints, straight_line
 from dynamics.objects import DeclaredObject
 from dynamics.robot import GripResult, Robot
 from dynamics.signals import Sample
 from dynamics.trajectory import time_path
 from estimation.carried import carried_weight
-from selection.actions.reach import closing_edge, grasp_height
+from selection.actions.reach import GATE_HEIGHT, TABLE, closing_edge, find_grasp, free_space, grasp_height
 from selection.tape import Tape
 
 Array = NDArray[np.float64]
 
-GATE_HEIGHT = 0.16  # m of the pads over the object's top where every approach begins
 GRIP_EFFORT = 0.3  # A at which a grasp is tight
 GRIP_STRAIN = 0.35  # compression of a soft object at which a grasp is tight enough
 PROBE_STEP = 0.0015  # m that the gripper closes to feel whether something is still between the pads
 MAX_EFFORT = 0.9  # A
 PATH_SPEED = 0.6  # share of the arm's speed and acceleration limits
 LINE_SPEED = 0.35
-_TABLE = Box("table", (1.6, 1.6, 0.04), shifted(0.0, 0.0, -0.02))
 _SAME = 1e-6  # rad: a motion of less is none
 
 
@@ -48,21 +46,19 @@ class Hand:
         self.robot, self.declared, self.tape = robot, declared, tape
         self._q = robot.read().q.copy()
         self._rest = self._q
-        self.edge, turns = closing_edge(robot.gripper, declared)
+        self.edge, _ = closing_edge(robot.gripper, declared)
         self.width = declared.size[self.edge]
         gripper = robot.gripper
-        free = (_TABLE, declared.box())
-        self._free = Workspace(robot.arm, free, self._rest)
+        self._free = free_space(robot.arm, declared, self._rest)
         depth = gripper.pad_depth(self.width) - gripper.tool_depth
         self._height = grasp_height(gripper, declared, self.edge)
         held = shifted(0.0, 0.0, depth + self._height - declared.size[2] / 2)
         # The carried box is a little smaller, so that it may stand on the table.
         size = (declared.size[self.edge], declared.size[1 - self.edge], declared.size[2])
         carried = Box("carried object", tuple(edge - 0.01 for edge in size), held)  # type: ignore[arg-type]
-        self._laden = Workspace(robot.arm, (_TABLE,), self._rest, carried)
+        self._laden = Workspace(robot.arm, (TABLE,), self._rest, carried)
         self._is_laden = False
-        x, y = declared.position
-        self.grasp_pose, self._gate = self._reachable(x, y, depth, turns)
+        self.grasp_pose, self._gate = find_grasp(gripper, self._free, declared, self._rest)
 
     @property
     def pad_height_at_grasp(self) -> float:
@@ -183,33 +179,6 @@ class Hand:
         enough to decide how hard to grip.
         """
         return carried_weight(self.robot.arm, before, after) / 9.81
-
-    def _reachable(self, x: float, y: float, depth: float, turns: tuple[float, ...]) -> tuple[Array, Array]:
-        """Return the pose of the grasp and the joint positions of the gate, the closest of the ways to grasp."""
-        best: tuple[float, Array, Array] | None = None
-        problem: MotionRefused | None = None
-        for turn in turns:
-            yaw = self.declared.yaw + turn
-            grasp = tool_down((x, y, self._height + depth), yaw)
-            above = grasp.copy()
-            above[2, 3] = self.declared.size[2] + GATE_HEIGHT + depth
-            try:
-                gate = solve_pose(self.robot.arm, above, self._rest)
-                self._free.check(straight_joints(self._rest, gate))
-                self._free.check(straight_line(self.robot.arm, gate, grasp))
-            except MotionRefused as error:
-                problem = error
-                continue
-            cost = float(np.abs(gate - self._rest).sum())
-            if best is None or cost < best[0]:
-                best = (cost, grasp, gate)
-        if best is None:
-            raise InvalidInput(
-                f"{self.declared.source}: position_m",
-                list(self.declared.position),
-                f"a place that the arm can reach and grasp at ({problem})",
-            )
-        return best[1], best[2]
 
     def _run(self, path: Array, speed: float) -> None:
         if np.abs(path - self._q).max() < _SAME:

@@ -1,4 +1,4 @@
-"""How a hand takes hold of an object: which way the pads close on it, and how high above the table."""
+"""How a hand takes hold of an object: which way the pads close on it, how high above the table, and from where."""
 
 from __future__ import annotations
 
@@ -6,11 +6,19 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
-from dynamics.errors import InvalidInput
+from dynamics.arm import Arm
+from dynamics.collision import Box, Workspace, shifted
+from dynamics.errors import InvalidInput, MotionRefused
 from dynamics.gripper import ParallelGripper
+from dynamics.kinematics import solve_pose, straight_joints, straight_line, tool_down
 from dynamics.objects import DeclaredObject
 
+Array = NDArray[np.float64]
+
+TABLE = Box("table", (1.6, 1.6, 0.04), shifted(0.0, 0.0, -0.02))
+GATE_HEIGHT = 0.16  # m of the pads over the object's top where every approach begins
 OPENING_MARGIN = 0.004  # m that the gripper must open beyond the object
 TOP_CLEARANCE = 0.002  # m between the object and the cranks above it
 PAD_CLEARANCE = 0.004  # m between the fingertips and the table
@@ -70,6 +78,55 @@ def grasp_height(gripper: ParallelGripper, declared: DeclaredObject, edge: int) 
             f"a height whose middle the pads reach: they close {grasp - widest:.3f} m above the widest place",
         )
     return float(grasp)
+
+
+def free_space(arm: Arm, declared: DeclaredObject, rest: Array) -> Workspace:
+    """Return what an empty hand must not touch, table and object, from joint positions known to be free."""
+    return Workspace(arm, (TABLE, declared.box()), rest)
+
+
+def find_grasp(
+    gripper: ParallelGripper, space: Workspace, declared: DeclaredObject, rest: Array
+) -> tuple[Array, Array]:
+    """Return the tool's pose of the grasp, (4, 4), and the joint positions of the gate above it [rad], (nv,).
+
+    Of the ways to close on the object, the one whose gate is nearest; both paths to it are free.
+
+    Args:
+        gripper: closes on it.
+        space: the arm among table and object.
+        declared: the object.
+        rest: joint positions from which the arm comes [rad], (nv,).
+
+    Raises:
+        InvalidInput: if the object is too large for the gripper, or stands where the arm cannot take hold of it.
+    """
+    edge, turns = closing_edge(gripper, declared)
+    depth = gripper.pad_depth(declared.size[edge]) - gripper.tool_depth
+    height = grasp_height(gripper, declared, edge) + depth
+    best: tuple[float, Array, Array] | None = None
+    problem: MotionRefused | None = None
+    for turn in turns:
+        grasp = tool_down((*declared.position, height), declared.yaw + turn)
+        above = grasp.copy()
+        above[2, 3] = declared.size[2] + GATE_HEIGHT + depth
+        try:
+            gate = solve_pose(space.arm, above, rest)
+            space.check(straight_joints(rest, gate))
+            space.check(straight_line(space.arm, gate, grasp))
+        except MotionRefused as error:
+            problem = error
+            continue
+        cost = float(np.abs(gate - rest).sum())
+        if best is None or cost < best[0]:
+            best = (cost, grasp, gate)
+    if best is None:
+        raise InvalidInput(
+            f"{declared.source}: position_m",
+            list(declared.position),
+            f"a place that the arm can reach and grasp at ({problem})",
+        )
+    return best[1], best[2]
 
 
 def _profile(declared: DeclaredObject, edge: int) -> Callable[[float], float]:

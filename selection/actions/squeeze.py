@@ -21,6 +21,8 @@ MOST_CYCLES = 8
 LEAST_CYCLES = 3
 MAX_STRAIN = 0.42
 LEAST_STRAIN = 0.03  # to which the object is let spring back, if its weight allows
+SPRUNG_SDS = 5.0  # an object met narrower than known by so many standard deviations has been deformed
+RIGID_STRAIN = 1e-3  # compression of which nothing can be told
 _LOOK = 0.3  # s of holding still to feel the weight
 _SLIPPERY = 0.4  # coefficient of friction that is counted on
 _SAFETY = 1.5  # on the grip force
@@ -68,15 +70,19 @@ class Squeeze:
         weight = 9.81 * max(hand.rough_payload(empty, laden), 0.0)
         _check_grip(hand, closing, weight)
         start = _safe_opening(hand, closing, weight)
+        tight = hand.robot.read().opening
         travel, cycle = 0.0, 0
         while cycle < LEAST_CYCLES or (travel < TRAVEL and cycle < MOST_CYCLES):
             # Cycles start a share of the opening's step apart, so that its coarse reading differs.
             shift = (cycle % LEAST_CYCLES) / LEAST_CYCLES * hand.robot.gripper.opening_quantum
-            opening = max(start - shift, hand.robot.read().opening)
-            with hand.tape.phase(self.name, "release"):
-                hand.robot.grip(opening, hand.robot.gripper.min_speed, math.inf)
-            travel += _compress(hand)
+            if cycle or start - shift > tight:  # what has hardly given way may not give way at all: not yet
+                with hand.tape.phase(self.name, "release"):
+                    hand.robot.grip(max(start - shift, tight), hand.robot.gripper.min_speed, math.inf)
+            gave = _compress(hand)
+            travel += gave
             cycle += 1
+            if gave <= max(hand.robot.gripper.opening_quantum, RIGID_STRAIN * hand.width):
+                break  # too stiff to tell: more of it would tell no more, and to let go a little is to let go
         with hand.tape.phase(self.name, "look") as after:
             hand.robot.hold(_LOOK)
         change = abs(9.81 * hand.rough_payload(empty, after) - weight)
@@ -103,9 +109,14 @@ class Squeeze:
             fill=readings.size.fill,
             weight=held_weight(readings.robot.arm, readings.phases),
         )
-        if estimate.bound is None:
-            return Findings(measurements)
-        return Findings(measurements, (f"stiffer than can be told: elasticity >= {estimate.bound:.3g} Pa",))
+        notes: tuple[str, ...] = ()
+        if estimate.bound is not None:
+            notes = (f"stiffer than can be told: elasticity >= {estimate.bound:.3g} Pa",)
+        for width in (m for m in measurements if m.property == "width"):
+            if width.mean < size[edge] - SPRUNG_SDS * math.hypot(width.sd, sd[edge]):
+                measurements = tuple(m for m in measurements if m is not width)
+                notes += (f"it was met {width.mean:.4f} m wide, not {size[edge]:.4f}: it does not spring back",)
+        return Findings(measurements, notes)
 
 
 def _compress(hand: Hand) -> float:

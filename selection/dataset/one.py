@@ -184,7 +184,7 @@ def keep_failure(folder: Path, kind: str, message: str, details: str = "") -> No
 def _explored(job: Job, folder: Path, inspect: Inspector | None, actions: Sequence[Action]) -> str:
     """Explore into a folder; return why there is no result, or nothing."""
     folder.mkdir(parents=True)
-    text = ""
+    text, error = "", ""
     with tempfile.TemporaryDirectory(prefix="palpate-") as place:
         source = Path(place) / OBJECT
         try:
@@ -194,16 +194,15 @@ def _explored(job: Job, folder: Path, inspect: Inspector | None, actions: Sequen
             _explore(job.setup, source, seed, folder, inspect, actions)
         except (CannotRecord, OSError, MemoryError):
             raise
-        except Exception as error:
-            message = str(error).replace(f"{place}/", "")
-            details = "" if isinstance(error, PalpateError) else traceback.format_exc(limit=-8)
-            keep_failure(folder, type(error).__name__, message, details)
-            return f"{type(error).__name__}: {message}"
-        finally:
-            write_atomically(folder / OBJECT, text)
-            if (folder / STREAM).exists():
-                forget_wall_clock(folder / STREAM)
-    return ""
+        except Exception as problem:
+            message = str(problem).replace(f"{place}/", "")
+            details = "" if isinstance(problem, PalpateError) else traceback.format_exc(limit=-8)
+            keep_failure(folder, type(problem).__name__, message, details)
+            error = f"{type(problem).__name__}: {message}"
+    write_atomically(folder / OBJECT, text)
+    if (folder / STREAM).exists():
+        forget_wall_clock(folder / STREAM)
+    return error
 
 
 def _explore(

@@ -1,15 +1,16 @@
 """Random objects that a gripper can take: what they are declared to be, and what they really are.
 
-A material is drawn from the reference's prior, then size and properties until the object can be held, then a place
-and a yaw until the arm reaches it. An object depends on the seed and its own number alone.
+A shape is drawn evenly, a material from the prior, then size and properties until the object can be held,
+then a place and a yaw until the arm reaches it. An object depends on the seed and its own number alone.
 
 What is drawn again, for no grip could hold it or nothing could stand there:
 
 - what lies outside the ranges (the simulator's);
 - friction that does not carry the weight: ``2 mu F < 1.5 m g`` at the grip ``F = min(0.35 E A, 18 N)``, where A is
-  the smaller of pad and face, 0.35 and 18 N the compression and the force at which a grasp counts as tight;
+  the smaller of pad and V / L, 0.35 and 18 N the compression and the force at which a grasp counts as tight;
 - what sags by more than a tenth under its own weight, ``rho g h > 0.1 E``;
-- what is more than twice as tall as its shorter horizontal edge, and would topple at a touch.
+- what is more than twice as tall as its shorter horizontal edge, or taller at all and round below, and would
+  topple at a touch.
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ import numpy as np
 
 from dynamics.errors import InvalidInput
 from dynamics.gripper import ParallelGripper, robotiq_2f85
-from dynamics.objects import DeclaredObject, read_declared
-from dynamics.shapes import SHAPES, Shape
+from dynamics.objects import DeclaredObject, read_declared, read_size
+from dynamics.shapes import SHAPES, Lengths, Shape, tied_to
 from dynamics.tables import Table, read_toml
 from estimation.network import LOG, MATERIAL, UNKNOWN, Network
 from selection.actions.hand import GRIP_EFFORT, GRIP_STRAIN
@@ -36,7 +37,8 @@ MOST_SAG = 0.1  # compression by its own weight
 MOST_SLENDER = 2.0  # height over the shorter horizontal edge
 TRIES = 400  # draws of size and properties before a material is given up
 PLACES = 200  # draws of a place
-DRAWN_SHAPES: tuple[Shape, ...] = tuple(shape for shape in SHAPES if str(shape) != "mesh")
+DRAWN_SHAPES: tuple[Shape, ...] = tuple(shape for shape in SHAPES if shape != "mesh")
+ROUND_BELOW: tuple[Shape, ...] = ("sphere", "ellipsoid")  # they stand on a point
 
 Range = tuple[float, float]
 Reaches = Callable[[DeclaredObject], bool]
@@ -47,7 +49,9 @@ class Ranges:
     """Within which objects are drawn: the limits of the simulator, the gripper and the table.
 
     Attributes:
-        young_modulus: [Pa].
+        young_modulus: of soft objects, and of what is of no known material [Pa].
+        rigid: of what the simulator makes rigid, and what would not give by a tenth of a step of the gripper's
+            opening if it were not; between the two nothing is drawn [Pa].
         mass: [kg].
         friction: [-].
         poisson: [-]; 0 only by default, for elasticity is then exactly what a squeeze between pads shows.
@@ -61,6 +65,7 @@ class Ranges:
     """
 
     young_modulus: Range = (5e3, 1e6)
+    rigid: Range = (3e7, 1e12)
     mass: Range = (0.004, 1.0)
     friction: Range = (0.2, 1.0)
     poisson: Range = (0.0, 0.0)
@@ -88,7 +93,7 @@ class RandomObject:
     """
 
     declared: DeclaredObject
-    size: tuple[float, float, float]
+    size: Lengths
     mass: float
     young_modulus: float
     poisson: float
@@ -132,33 +137,15 @@ def read_object(path: Path) -> RandomObject:
     """
     declared = read_declared(path)
     table = Table(str(path), read_toml(path)).table("truth")
-    if "size_m" in (keys := _size_keys(declared.shape, declared.size)):
-        x, y, z = table.numbers("size_m", 3)
-    else:
-        x = y = table.number("diameter_m")
-        z = table.number("height_m") if "height_m" in keys else x
     return RandomObject(
         replace(declared, source="declared object"),
-        (x, y, z),
+        read_size(table, declared.shape, declared.size),
         table.number("mass_kg"),
         table.number("young_modulus_pa"),
         table.number("poisson"),
         table.number("friction"),
         table.text("material"),
     )
-
-
-@dataclass(frozen=True)
-class _Body:
-    """What an object is, wherever it stands."""
-
-    shape: Shape
-    known_size: tuple[float, float, float]
-    size: tuple[float, float, float]
-    mass: float
-    young_modulus: float
-    poisson: float
-    friction: float
 
 
 class Sampler:
@@ -188,75 +175,72 @@ class Sampler:
             reaches: tells whether an object can be grasped where it stands; all of the annulus if None.
         """
         rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index, 0)))
-        material, body = self._made_of_something(rng)
+        drawn = self._made_of_something(f"object-{index:06d}", rng)
         for _ in range(PLACES):
-            declared = DeclaredObject(
-                f"object-{index:06d}",
-                body.shape,
-                body.known_size,
-                self.ranges.size_sd,
-                self._place(rng),
-                math.radians(_short(rng.uniform(-180.0, 180.0))),
-            )
+            yaw = math.radians(_short(rng.uniform(-180.0, 180.0)))
+            declared = replace(drawn.declared, position=self._place(rng), yaw=yaw)
             if reaches is None or reaches(declared):
-                return RandomObject(
-                    declared, body.size, body.mass, body.young_modulus, body.poisson, body.friction, material
-                )
+                return replace(drawn, declared=declared)
         raise InvalidInput("random object: place", f"{PLACES} out of reach", "an annulus that the arm reaches")
 
-    def _made_of_something(self, rng: np.random.Generator) -> tuple[str, _Body]:
-        """Draw a material, and a body of it that can be held; materials of which none can are passed over."""
+    def _made_of_something(self, name: str, rng: np.random.Generator) -> RandomObject:
+        """Draw shape and material, and an object that can be held; a material of which none can is left out."""
+        shape = self.ranges.shapes[int(rng.integers(len(self.ranges.shapes)))]
         prior = self._prior.copy()
         while prior.sum() > 0:
             chosen = int(rng.choice(len(prior), p=prior / prior.sum()))
-            material = self._materials[chosen]
             for _ in range(TRIES):
-                body = self._body(material, rng)
-                if body is not None and can_be_held(body, self._gripper):
-                    return material, body
+                drawn = self._made_of(self._materials[chosen], shape, name, rng)
+                if self._is_within(drawn) and can_be_held(drawn, self._gripper):
+                    return drawn
             prior[chosen] = 0.0
         raise InvalidInput(
             f"reference {self.network.name}",
-            f"no material that the simulator can make: {', '.join(self.network.materials)}",
-            "elasticity {:g} to {:g} Pa, friction {:g} to {:g}".format(
-                *self.ranges.young_modulus, *self.ranges.friction
+            f"no material that can be made and held: {', '.join(self.network.materials)}",
+            "elasticity {:g} to {:g} or {:g} to {:g} Pa, mass {:g} to {:g} kg, friction {:g} to {:g}".format(
+                *self.ranges.young_modulus, *self.ranges.rigid, *self.ranges.mass, *self.ranges.friction
             ),
         )
 
-    def _body(self, material: str, rng: np.random.Generator) -> _Body | None:
-        """Draw a body of a material; None if it lies outside the ranges."""
+    def _made_of(self, material: str, shape: Shape, name: str, rng: np.random.Generator) -> RandomObject:
+        """Draw an object of a material and a shape, not yet anywhere."""
         ranges = self.ranges
-        shape = ranges.shapes[int(rng.integers(len(ranges.shapes)))]
         known = self._size(shape, rng)
         off = np.clip(rng.standard_normal(3), -2, 2) * ranges.size_sd
-        true = tuple(_short(edge + float(error)) for edge, error in zip(known, off, strict=True))
-        size = _as_shape(shape, (true[0], true[1], true[2]))
-        volume = DeclaredObject("", shape, size, ranges.size_sd, (0.0, 0.0), 0.0).volume
+        x, y, z = (_short(edge + float(error)) for edge, error in zip(known, off, strict=True))
+        declared = DeclaredObject(name, shape, known, ranges.size_sd, (0.0, 0.0), 0.0)
+        size = _tied(shape, (x, y, z))
         modulus = self._value("elasticity", material, rng)
         density = self._value("density", material, rng)
         friction = self._value("friction", material, rng)
-        modulus = _log_uniform(ranges.young_modulus, rng) if modulus is None else modulus
-        mass = _log_uniform(ranges.mass, rng) if density is None else density * volume
-        friction = float(rng.uniform(*ranges.friction)) if friction is None else friction
-        poisson = float(rng.uniform(*ranges.poisson))
-        within = (
-            (modulus, ranges.young_modulus),
-            (mass, ranges.mass),
-            (friction, ranges.friction),
+        volume = replace(declared, size=size).volume
+        return RandomObject(
+            declared=declared,
+            size=size,
+            mass=_short(_log_uniform(ranges.mass, rng) if density is None else density * volume),
+            young_modulus=_short(_log_uniform(ranges.young_modulus, rng) if modulus is None else modulus),
+            poisson=_short(float(rng.uniform(*ranges.poisson))),
+            friction=_short(float(rng.uniform(*ranges.friction)) if friction is None else friction),
+            material=material,
         )
-        if not all(low <= value <= high for value, (low, high) in within):
-            return None
-        return _Body(shape, known, size, _short(mass), _short(modulus), _short(poisson), _short(friction))
 
-    def _size(self, shape: Shape, rng: np.random.Generator) -> tuple[float, float, float]:
-        """Draw the declared edges of the box around a shape, the one that is grasped along x or y."""
-        grasped = float(rng.uniform(*self.ranges.grasped_edge))
-        other = float(rng.uniform(*self.ranges.other_edge))
-        height = float(rng.uniform(*self.ranges.height))
+    def _is_within(self, drawn: RandomObject) -> bool:
+        ranges = self.ranges
+        return (
+            any(_lies(drawn.young_modulus, bounds) for bounds in (ranges.young_modulus, ranges.rigid))
+            and _lies(drawn.mass, ranges.mass)
+            and _lies(drawn.friction, ranges.friction)
+        )
+
+    def _size(self, shape: Shape, rng: np.random.Generator) -> Lengths:
+        """Draw the declared extents; the one that is grasped lies along x or y, of round ones both can be."""
+        ranges = self.ranges
+        grasped, other = float(rng.uniform(*ranges.grasped_edge)), float(rng.uniform(*ranges.other_edge))
+        height = float(rng.uniform(*ranges.height))
         x, y = (grasped, other) if rng.integers(2) else (other, grasped)
-        if shape != "box":  # round ones are grasped across either way
-            x, y = grasped, grasped if shape != "ellipsoid" else min(other, self.ranges.grasped_edge[1])
-        return _as_shape(shape, (_short(x, 4), _short(y, 4), _short(height, 4)))
+        if len(tied_to(shape, 0)) > 1:
+            x = y = grasped
+        return _tied(shape, (_short(x, 4), _short(y, 4), _short(height, 4)))
 
     def _value(self, quantity: str, material: str, rng: np.random.Generator) -> float | None:
         """Draw a property of a material; None where the reference does not tell."""
@@ -280,41 +264,37 @@ class Sampler:
                 return _short(x, 4), _short(y, 4)
 
 
-def can_be_held(body: _Body | RandomObject, gripper: ParallelGripper) -> bool:
-    """Tell whether a grip can hold a body, by the rule at the top of this file."""
-    x, y, height = body.size
+def can_be_held(drawn: RandomObject, gripper: ParallelGripper) -> bool:
+    """Tell whether a grip can hold an object, by the rule at the top of this file."""
+    x, y, height = drawn.size
     grasped = min(x, y)
-    face = (y if grasped == x else x) * height
-    force = min(
-        GRIP_STRAIN * body.young_modulus * min(face, gripper.pad_area), GRIP_EFFORT * gripper.force_per_ampere
-    )
-    weight = GRAVITY * body.mass
+    area = min(drawn.volume / grasped, gripper.pad_area)
+    force = min(GRIP_STRAIN * drawn.young_modulus * area, GRIP_EFFORT * gripper.force_per_ampere)
+    weight = GRAVITY * drawn.mass
     return (
-        2 * body.friction * force >= HOLDING_SAFETY * weight
-        and weight / (x * y) <= MOST_SAG * body.young_modulus
-        and height <= MOST_SLENDER * grasped
+        2 * drawn.friction * force >= HOLDING_SAFETY * weight
+        and weight / (drawn.volume / height) <= MOST_SAG * drawn.young_modulus
+        and height <= (1.0 if drawn.declared.shape in ROUND_BELOW else MOST_SLENDER) * grasped
     )
 
 
-def _as_shape(shape: Shape, size: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Return the box around a shape that comes closest to a size."""
-    x, _, z = size
-    name = str(shape)
-    if name == "sphere":
-        return x, x, x
-    if name == "cylinder":
-        return x, x, z
-    return size
+def _tied(shape: Shape, size: Lengths) -> Lengths:
+    """Return a size with those extents equal that are one length of the shape."""
+    x, y, z = (size[tied_to(shape, axis)[0]] for axis in range(3))
+    return x, y, z
 
 
-def _size_keys(shape: Shape, size: tuple[float, float, float]) -> dict[str, Any]:
+def _size_keys(shape: Shape, size: Lengths) -> dict[str, Any]:
     """Return a size as object files say it."""
-    name = str(shape)
-    if name == "sphere":
+    if shape == "sphere":
         return {"diameter_m": size[0]}
-    if name == "cylinder":
+    if shape == "cylinder":
         return {"diameter_m": size[0], "height_m": size[2]}
     return {"size_m": list(size)}
+
+
+def _lies(value: float, within: Range) -> bool:
+    return within[0] <= value <= within[1]
 
 
 def _log_uniform(bounds: Range, rng: np.random.Generator) -> float:

@@ -73,9 +73,9 @@ def schema() -> Any:
     ]
     fields += [("material_posterior", pa.map_(text, number))]
     for quantity in QUANTITIES:
-        fields += [(_column(kind, quantity), number) for kind in ("believed", "believed_sd")]
+        fields += [(_column("believed", quantity, moment), number) for moment in ("", "sd")]
     for quantity in MEASURED:
-        fields += [(_column(kind, quantity), number) for kind in ("measured", "measured_sd")]
+        fields += [(_column("measured", quantity, moment), number) for moment in ("", "sd")]
     fields += [("actions", pa.list_(text)), ("failures", pa.list_(text)), ("stopped_because", text)]
     fields += [("steps", whole), ("failed_steps", whole), ("seconds", number), ("error", text)]
     return pa.schema(fields)
@@ -125,12 +125,12 @@ def _found(result: Mapping[str, Any], true_material: str) -> Row:
         believed = result["properties"].get(quantity)
         if believed is not None:
             row[_column("believed", quantity)] = believed["mean"]
-            row[_column("believed_sd", quantity)] = believed["sd"]
+            row[_column("believed", quantity, "sd")] = believed["sd"]
     for action in result["actions"]:
         for measured in action["measurements"]:
             if measured["property"] in MEASURED:  # the last one stands
                 row[_column("measured", measured["property"])] = measured["mean"]
-                row[_column("measured_sd", measured["property"])] = measured["sd"]
+                row[_column("measured", measured["property"], "sd")] = measured["sd"]
     return row
 
 
@@ -150,5 +150,5 @@ def _course(result: Mapping[str, Any], folder: Path) -> Row:
     }
 
 
-def _column(kind: str, quantity: str) -> str:
-    return "_".join(part for part in (kind, quantity, QUANTITIES[quantity]) if part)
+def _column(kind: str, quantity: str, moment: str = "") -> str:
+    return "_".join(part for part in (kind, quantity, moment, QUANTITIES[quantity]) if part)

@@ -29,7 +29,8 @@ class Cell:
         actions, seconds: means of what was used.
         to_sure: mean number of actions until P of a material is 0.95, those that never were counting in full.
         bits: mean log2 of P(truth) at the end over P(truth) beforehand [bits].
-        first: how often every action came first, in the order of the actions.
+        first: how often every action came first.
+        actions_named: names of these actions.
         thesis: the thesis' own C/W/D, or an empty text.
         source: where that stands.
     """
@@ -51,6 +52,7 @@ class Cell:
     to_sure: float
     bits: float
     first: tuple[int, ...]
+    actions_named: tuple[str, ...]
     thesis: str = ""
     source: str = ""
 
@@ -99,6 +101,7 @@ def cell_of(
         mean_interval(actions_to(trace, SURE).astype(float))[0],
         float(np.mean(bits)),
         tuple(int(np.sum(trace.choices[:, 0] == i)) for i in range(len(actions))),
+        tuple(actions),
         *thesis,
     )
 

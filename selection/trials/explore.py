@@ -75,7 +75,7 @@ class Limits:
 
     Attributes:
         steps: actions at most.
-        price: of time [bits/s], for policies that stop.
+        price: of time [bits/s], for policies that pay it.
         budget_seconds: robot time [s].
         confidence: P of the most probable class of the variable at which to stop; above one for never.
     """
@@ -209,7 +209,7 @@ def _choose(
     """Return the index of every exploration's next action, or -1: near-ties to the cheaper, then the first."""
     prices = state.prices(rows)
     value = policy.scores(learner, rows, actions, state.done[rows], luck)  # type: ignore[arg-type]
-    if policy.stops:
+    if policy.priced:
         value = value - limits.price * prices
     feasible = (state.done[rows] < state.caps) & (state.spent[rows, None] + prices <= limits.budget_seconds)
     value = np.where(feasible, value, -np.inf)

@@ -19,7 +19,7 @@ _HALF_LN_2PIE = 0.5 * math.log(2 * math.pi * math.e)
 _PER_SD = 4.0  # nodes per smallest width: an error of about 1e-13
 _HELD_PER_SD, _HELD_REACH = 1.25, 5.5  # the same for a property that is held, as `given_property` has them
 _SMALLEST = 1e-12  # mass that no longer counts there
-_AT_ONCE = 1_500_000  # numbers in the largest array of a block
+_AT_ONCE = 200_000  # numbers in the largest array of a block: about what a core's cache holds
 _MOST_NODES = 1 << 16
 
 

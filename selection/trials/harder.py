@@ -20,7 +20,7 @@ SECONDS |= {"volume": 5.0, "friction": 12.0}
 """Assumed times of the actions [s]: the reference gives none."""
 HAPTIC = ("density", "elasticity", "friction")
 CHUNK, CHUNK_AHEAD = 250, 20
-MOST_AHEAD = 400
+MOST_AHEAD = 200
 """Objects that two steps ahead are planned for: a trial of it takes a hundred times as long as the others."""
 
 
@@ -187,6 +187,8 @@ def harder_study(
         for e, entry in enumerate(entries(world))
         for first, count in _chunks(entry, objects)
     ]
+    # the slow ones last
+    jobs.sort(key=lambda job: isinstance(entries(WORLDS[job.world])[job.entry].policy, Lookahead))
     parts: defaultdict[tuple[int, int], list[Arrays]] = defaultdict(list)
     for job, arrays in zip(jobs, sweep("harder world", run_job, jobs, store, machines, progress), strict=True):
         parts[job.world, job.entry].append(arrays)

@@ -23,7 +23,7 @@ SAMPLES = 100
 
 
 class Policy(Protocol):
-    """Scores actions; one that stops at zero does nothing when no score, its price paid, is positive."""
+    """Scores actions, so that the best one is done."""
 
     @property
     def name(self) -> str:
@@ -33,6 +33,11 @@ class Policy(Protocol):
     @property
     def stops(self) -> bool:
         """Whether it does nothing when no action is worth more than zero."""
+        ...
+
+    @property
+    def priced(self) -> bool:
+        """Whether an action is worth its score less the price of its time."""
         ...
 
     def scores(
@@ -56,6 +61,7 @@ class Exact:
 
     target: str = MATERIAL
     stops: bool = True
+    priced: bool = True
 
     @property
     def name(self) -> str:
@@ -75,6 +81,7 @@ class Random:
 
     name: str = "random"
     stops: bool = False
+    priced: bool = False
 
     def scores(
         self, beliefs: Beliefs, rows: np.ndarray, actions: Sequence[ActionModel], done: np.ndarray, luck: Luck
@@ -89,6 +96,7 @@ class Fixed:
 
     name: str = "fixed order"
     stops: bool = False
+    priced: bool = False
 
     def scores(
         self, beliefs: Beliefs, rows: np.ndarray, actions: Sequence[ActionModel], done: np.ndarray, luck: Luck
@@ -103,6 +111,7 @@ class PerNode:
 
     name: str = "per node"
     stops: bool = True
+    priced: bool = False
 
     def scores(
         self, beliefs: Beliefs, rows: np.ndarray, actions: Sequence[ActionModel], done: np.ndarray, luck: Luck
@@ -120,7 +129,7 @@ class PerNode:
 class Emulating:
     """A thesis mode on exact beliefs: only the criterion is the thesis', with its sampling and its product.
 
-    For a classifier, of which the thesis knows none, all three take the exact gain.
+    For a classifier, of which the thesis knows none, all three take the exact gain. Time has no price there.
 
     Attributes:
         mode: 1, 2 or 3.
@@ -130,6 +139,7 @@ class Emulating:
     mode: int
     target: str = MATERIAL
     stops: bool = True
+    priced: bool = False
 
     @property
     def name(self) -> str:
@@ -187,6 +197,7 @@ class Lookahead:
     price: float = 0.0
     budget_seconds: float = math.inf
     stops: bool = True
+    priced: bool = True
 
     @property
     def name(self) -> str:

@@ -30,8 +30,8 @@ FACTORS = {"proper": 1.5, "noisy": 3.5}
 PERTURBATION = {"density": 20.0, "elasticity": 10e9}
 """Ends of the uniform perturbation of a measurement [SI]: 20 bins of 1 kg/m^3, 10 of 1 GPa."""
 LETTERS = {"weigh": "W", "squeeze": "S"}
-SECONDS = {"weigh": 62.0, "squeeze": 15.0}
-"""Robot time of the simulated arm's actions [s], to count with where nothing moves."""
+SECONDS = {"weigh": 68.0, "squeeze": 30.0}
+"""What the simulated arm takes for them [s], to count with where nothing moves."""
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol, TypeVar
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -94,16 +95,11 @@ class Store:
 
     def load(self, name: str) -> Arrays | None:
         """Return a finished chunk, or None; one that cannot be read counts as not there."""
-        path = self._path(name)
         try:
-            with np.load(path, allow_pickle=False) as file:
+            with np.load(io.BytesIO(self._path(name).read_bytes()), allow_pickle=False) as file:
                 return {key: file[key] for key in file.files}
-        except (OSError, ValueError, EOFError, KeyError):
+        except (OSError, ValueError, EOFError, KeyError, BadZipFile):
             return None
-        except Exception as error:  # zipfile.BadZipFile is no subclass of any of these
-            if type(error).__name__ == "BadZipFile":
-                return None
-            raise
 
     def save(self, name: str, arrays: Arrays) -> None:
         """Keep a finished chunk."""

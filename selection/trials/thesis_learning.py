@@ -24,7 +24,7 @@ from selection.thesis_modes import (
 from selection.trials.objects import Luck
 from selection.trials.policies import SAMPLES
 
-_AT_ONCE = 1_000_000
+_AT_ONCE = 60_000
 
 
 class ThesisBeliefs:
@@ -69,6 +69,7 @@ class ThesisMode:
 
     mode: int
     stops: bool = True
+    priced: bool = False
 
     @property
     def name(self) -> str:

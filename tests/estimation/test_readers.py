@@ -1,6 +1,7 @@
 """Logs of every format give the recording they were made from, and what is wrong with them is said."""
 
 import math
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -146,6 +147,29 @@ def test_npz(tmp_path: Path, truth: Samples, arm: Arm) -> None:
     recording = read_log(write_npz(tmp_path / "log.npz", truth), arm=arm)
     same(recording.samples, truth)
     assert recording.rejections.count == 0
+
+
+def test_npz_with_labels_as_bytes_and_labels_that_are_no_text(tmp_path: Path, truth: Samples, arm: Arm) -> None:
+    labels = np.array(["weigh/tare"] * 150 + [""] * 50)
+    path = tmp_path / "log.npz"
+    np.savez(path, time=truth.time, q=truth.q, phase=labels.astype("S"))
+    (mark,) = read_log(path, arm=arm).marks
+    assert (mark.action, mark.name, mark.stop) == ("weigh", "tare", 150)
+    np.savez(path, time=truth.time, q=truth.q, phase=np.full((200, 3), 0x7FFFFFFF, np.uint32).view("U3")[:, 0])
+    with pytest.raises(InvalidInput, match="no text"):
+        read_log(path, arm=arm)
+
+
+def test_npz_whose_header_breaks_off(tmp_path: Path, truth: Samples) -> None:
+    path = tmp_path / "log.npz"
+    np.savez(path, time=truth.time, q=truth.q)
+    with zipfile.ZipFile(path) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in members.items():
+            archive.writestr(name, content.replace(b"), }", b"(, }"))
+    with pytest.raises(InvalidInput, match="NPZ file of numbers"):
+        read_log(path)
 
 
 def test_npz_with_a_map_of_columns_and_units(tmp_path: Path, truth: Samples, arm: Arm) -> None:

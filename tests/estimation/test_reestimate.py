@@ -123,7 +123,7 @@ class Story:
                 self.go(q, mass)
                 self.stand(mass, name=name)
             if not mass:
-                self.close(WIDTH, "")
+                self.close(WIDTH - 0.003, "")
 
     def squeeze(self) -> None:
         self.opening = 0.08
@@ -244,7 +244,7 @@ def test_a_log_of_the_empty_arm_is_its_tare(arm: Arm, gripper: ParallelGripper) 
 
 
 def test_the_edge_that_is_closed_on_is_read_off_the_arm(arm: Arm, gripper: ParallelGripper) -> None:
-    from estimation.reestimation.again import _closing_edge
+    from estimation.reestimation.again import closing_edge
 
     story = Story(arm, gripper)
     story.squeeze()
@@ -252,7 +252,7 @@ def test_the_edge_that_is_closed_on_is_read_off_the_arm(arm: Arm, gripper: Paral
     for turn, edge in ((0.0, 1), (np.pi / 2, 0)):
         yaw = float(np.arctan2(-closing[0], closing[1])) + turn  # the object's y axis along the closing direction
         declared = DeclaredObject("box", "box", (0.05, 0.05, 0.05), 0.0005, (0.5, 0.0), yaw)
-        assert _closing_edge(Known(arm, gripper, declared), story.phases) == edge
+        assert closing_edge(Known(arm, gripper, declared), story.phases) == edge
 
 
 def test_robots_are_known_by_the_names_in_recordings() -> None:

@@ -8,7 +8,7 @@ from benchmarks.squeezes import Squeeze, squeeze
 from dynamics.compression import geometry_of
 from dynamics.errors import InvalidInput
 from dynamics.gripper import robotiq_2f85
-from dynamics.signals import GripperReadings, Phase
+from dynamics.signals import GripperReadings, Phase, Sample
 from estimation.squeezing import between_steps, locked_current, measure_squeeze, moving
 from estimation.stiffness import NoContact
 
@@ -113,3 +113,25 @@ def test_where_contact_is_left_open_there_is_no_width(monkeypatch):
     nowhere = dataclasses.replace(known, young_modulus=math.nan, sd=math.inf, bound=5e5, onset_sd=math.inf)
     monkeypatch.setattr("estimation.squeezing._estimate", lambda *_: nowhere)
     assert measure_squeeze(FACE, "box", CUBE, phases) == (nowhere, ())
+
+
+def test_a_rigid_object_gives_a_bound_and_its_width():
+    quantum, rng, phases = FACE.opening_quantum, np.random.default_rng(0), []
+    stands = round(0.056 / quantum) * quantum
+
+    def read(name, openings, currents, index=0):
+        noisy = np.round((np.asarray(currents) + 0.01 * rng.standard_normal(len(openings))) / 0.01) * 0.01
+        none = np.zeros(7)
+        samples = [
+            Sample(i / 100, none, none, none, o, c) for i, (o, c) in enumerate(zip(openings, noisy, strict=True))
+        ]
+        phases.append(Phase("squeeze", name, index, tuple(samples)))
+
+    read("air", np.round(np.linspace(0.08, 0.06, 100) / quantum) * quantum, np.full(100, 0.05))
+    for index in range(8):
+        read("compress", np.full(8, stands), 0.05 + np.linspace(0.0, 0.9, 8), index)
+        read("dwell", np.full(15, stands), np.full(15, 0.05), index)
+    estimate, (width,) = measure_squeeze(FACE, "box", CUBE, phases)
+    # about 40 N over at most one step: E >= F L / (A q), less the calibration's doubt
+    assert 0.5 < estimate.bound / (40.0 * 0.056 / (0.056**2 * quantum)) < 1.1
+    assert abs(width.mean - 0.056) < 2 * width.sd

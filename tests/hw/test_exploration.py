@@ -4,8 +4,10 @@ The simulated arm moves in real time. To be short, the clocks of both sides run 
 exploration in real time is among the long tests.
 """
 
+import contextlib
 import math
 import re
+import resource
 import signal
 import subprocess
 import sys
@@ -89,57 +91,78 @@ def agree(simulated, real):
 
 def test_an_exploration_through_the_emulator(tmp_path, login, monkeypatch):
     def fast(session, gripper, rate, *others):
-        return FeedbackReader(session, gripper, rate * SPEED / 2, *others, clock=lambda: SPEED * time.monotonic())
+        return FeedbackReader(session, gripper, 2 * rate, *others, clock=lambda: SPEED * time.monotonic())
 
     monkeypatch.setattr(kortex_robot, "FeedbackReader", fast)
     command = [sys.executable, "-c", textwrap.dedent(EMULATOR), str(SPEED)]
     simulated, real = explored(command, tmp_path, *SQUEEZE)
     assert set(real) == {"elasticity", "width"}
     agree(simulated, real)
-    times = read_recording(tmp_path / "kortex").samples.time
-    assert (times[-1] - times[0]) / (len(times) - 1) < 0.011  # 100 Hz by the arm's clock
+
+
+@contextlib.contextmanager
+def exploring(emulator, directory, **options):
+    """A run by the command line in a process of its own, once it moves the arm."""
+    ports = ["--port", str(emulator.tcp_port), "--udp-port", str(emulator.udp_port)]
+    command = [sys.executable, "-m", "selection.run", "--robot", "kortex", "--host", "127.0.0.1", *ports]
+    command += ["--yes", "--quiet", "--out", str(directory)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **options) as process:
+        deadline = time.monotonic() + 30
+        while not emulator.backend.state().arm_moving:
+            assert process.poll() is None
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        yield process
+
+
+def rests(emulator):
+    time.sleep(0.2)
+    where = emulator.backend.state().sample.q
+    time.sleep(0.1)
+    state = emulator.backend.state()
+    return not state.arm_moving and np.array_equal(state.sample.q, where)
+
+
+@pytest.fixture
+def arm():
+    """An emulated arm that stands where the simulated one does, from where the exploration is known to go."""
+    start = MujocoRobot(read_truth(objects.locate("soft-cube")), SensorModel.none()).read().q
+    with serving(KinematicRobot(q=start)) as emulator:
+        yield emulator
 
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
-def test_a_signal_ends_an_exploration_in_order(number, status, tmp_path, login):
+def test_a_signal_ends_an_exploration_in_order(number, status, arm, tmp_path, login):
     """The arm rests, the recording can be read, and the exit status says what happened."""
-    start = MujocoRobot(read_truth(objects.locate("soft-cube")), SensorModel.none()).read().q
-    with serving(KinematicRobot(q=start)) as emulator:
-        ports = ["--port", str(emulator.tcp_port), "--udp-port", str(emulator.udp_port)]
-        command = [
-            sys.executable,
-            "-m",
-            "selection.run",
-            "--robot",
-            "kortex",
-            "--host",
-            "127.0.0.1",
-            *ports,
-            "--yes",
-        ]
-        command += ["--quiet", "--out", str(tmp_path / "run")]
-        with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
-            deadline = time.monotonic() + 30
-            while not emulator.backend.state().arm_moving:
-                assert process.poll() is None
-                assert time.monotonic() < deadline
-                time.sleep(0.01)
-            time.sleep(0.3)
-            process.send_signal(number)
-            began = time.monotonic()
-            error = process.communicate(timeout=10)[1]
-            assert time.monotonic() - began < 2.0
-            assert process.returncode == status
-        assert "Traceback" not in error
-        time.sleep(0.2)
-        where = emulator.backend.state().sample.q
-        time.sleep(0.1)
-        assert not emulator.backend.state().arm_moving
-        assert np.array_equal(emulator.backend.state().sample.q, where)
+    with exploring(arm, tmp_path / "run") as process:
+        time.sleep(0.3)
+        process.send_signal(number)
+        began = time.monotonic()
+        error = process.communicate(timeout=10)[1]
+        assert time.monotonic() - began < 2.0
+        assert process.returncode == status
+    assert "Traceback" not in error
+    assert rests(arm)
     recording = read_recording(tmp_path / "run")
     assert len(recording.samples.time) > 20
     assert recording.decisions[0].data["choice"] == "weigh"
     assert not (tmp_path / "run" / "result.json").exists()
+
+
+def test_a_disk_that_fills_stops_the_arm(arm, tmp_path, login):
+    """A limit on the size of files stands for the full disk."""
+
+    def limited():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+
+    with exploring(arm, tmp_path / "run", preexec_fn=limited) as process:
+        error = process.communicate(timeout=10)[1]
+        assert process.returncode == 1
+    assert "recording failed" in error
+    assert error.strip().count("\n") == 0
+    assert rests(arm)
+    assert arm.services.motions < 10  # of a few dozen
+    assert len(read_recording(tmp_path / "run").samples.time) > 20
 
 
 @pytest.mark.slow

@@ -65,7 +65,7 @@ def suffer(fault, error, tmp_path, match="", backend=None, **settings):
     ("fault", "error", "match"),
     [
         ("silence", FeedbackLost, "no feedback for 0.25 s"),
-        ("loss=1", FeedbackLost, "no feedback for 0.25 s"),
+        ("loss=0.99", FeedbackLost, "no feedback for 0.25 s"),
         ("fault=joint2:0x20", ArmFault, "joint 2 MAXIMUM_TORQUE"),
         ("fault=base:0x8000", ArmFault, "MINIMUM_VOLTAGE"),
         ("estop", EmergencyStopped, "EMERGENCY_STOP_ACTIVATED"),

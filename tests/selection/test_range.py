@@ -2,23 +2,22 @@
 
 import pytest
 
-from benchmarks.exploration import MASSES, MODULI, base_object, can_be_held, explore
-from sim.sensors import SensorModel
+from benchmarks.exploration import MASSES, MODULI, Cell, base_object, can_be_held, explore
 
 CORNERS = [(5e3, 0.004), (1e6, 1.0)]
 GRID = [(e, m) for e in MODULI for m in MASSES if can_be_held(base_object(e, m))]
 
 
 def check(modulus, mass, noise, seed):
-    found = explore(base_object(modulus, mass), noise, seed)
-    assert found["failed"] == []
-    assert found["mass_found"] is not None
-    return found["mass_found"][0], found["elasticity"]
+    row = explore(Cell(modulus, mass, noise, seed))
+    assert row["failed"] == []
+    assert row["found"]["mass"] is not None
+    return row["found"]["mass"][0], row["found"]["elasticity"]
 
 
 @pytest.mark.parametrize(("modulus", "mass"), CORNERS)
 def test_corners_without_noise(modulus, mass):
-    weighed, elasticity = check(modulus, mass, SensorModel.none(), 0)
+    weighed, elasticity = check(modulus, mass, "none", 0)
     assert weighed == pytest.approx(mass, rel=1e-3)
     assert elasticity[0] == pytest.approx(modulus, rel=0.03)
 
@@ -27,7 +26,7 @@ def test_corners_without_noise(modulus, mass):
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize(("modulus", "mass"), GRID)
 def test_whole_range_with_default_noise(modulus, mass, seed):
-    weighed, elasticity = check(modulus, mass, SensorModel(), seed)
+    weighed, elasticity = check(modulus, mass, "default", seed)
     # 1.15 g and 0.7 % are the standard deviations of the weighing with these sensors: four of them
     assert abs(weighed - mass) < max(0.005, 0.03 * mass)
     assert elasticity is None or abs(elasticity[0] - modulus) < 4 * elasticity[1]

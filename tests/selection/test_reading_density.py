@@ -6,11 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from estimation.belief import Belief
-from estimation.network import Network, Property
+from estimation.network import Network, Property, Relation
 from estimation.sensor import Sensor
-from selection.information import information_gain
+from selection.information import information_gain, split
 from selection.reading_density import reading_columns
 
 
@@ -24,7 +26,7 @@ def dense(mean: float, sd: float, z: np.ndarray, noise: tuple[float, float], lin
 
 
 @pytest.mark.parametrize(("sd", "relative"), [(6.0, 0.0), (0.5, 0.0), (1.0, 0.12), (0.1, 0.2), (5.0, 0.4)])
-@pytest.mark.parametrize("width", [0.01, 0.22, 0.7, 1.7])
+@pytest.mark.parametrize("width", [1e-5, 0.01, 0.22, 0.7, 1.7])
 def test_densities_of_log_scale_quantities(sd: float, relative: float, width: float) -> None:
     mean, widths = np.array([np.log(20.0), np.log(7.0)]), np.array([width, 0.55])
     z = np.sort(np.concatenate([np.linspace(-15, 15, 7), [7.0, 20.0], np.geomspace(16, 400, 9)]))
@@ -74,3 +76,52 @@ def test_gain_against_a_dense_grid(
     exact = float(q @ information @ weight)
     found = information_gain(Belief(network), Sensor("x", sd, relative))
     assert found == pytest.approx(exact, abs=2e-7)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.sampled_from(["log", "linear"]),
+    st.lists(st.tuples(st.floats(1, 30), st.floats(0.05, 0.9)), min_size=1, max_size=4),
+    st.floats(0.01, 3),
+    st.floats(0.02, 0.4),
+    st.floats(1e-5, 1e5),
+)
+def test_laws_of_information(
+    link: str, classes: list[tuple[float, float]], sd: float, relative: float, unit: float
+) -> None:
+    def gains(factor: float) -> tuple[float, float]:
+        means = tuple(factor * mean for mean, _ in classes)
+        sds = tuple(factor * mean * share for mean, share in classes)
+        names = tuple(f"m{i}" for i in range(len(classes)))
+        prop = Property("x", "material", "1", link, means, sds)
+        network = Network("some", names, (prop,), (1 / len(names),) * len(names), unknown=None)
+        found = split(Belief(network), Sensor("x", factor * sd, relative))
+        return found.classes, found.total
+
+    about_class, about_all = gains(1.0)
+    assert 0 <= about_class <= min(math.log2(len(classes)), about_all) + 1e-6
+    assert gains(unit) == pytest.approx((about_class, about_all), abs=2e-6)
+
+
+def test_products_of_linear_properties_against_a_dense_grid() -> None:
+    """Mass = density x volume with proportional noise, summed over both factors."""
+    properties = (
+        Property("density", "material", "kg/m^3", "linear", (500.0, 620.0), (40.0, 70.0)),
+        Property("volume", None, "m^3", "linear", (2e-4,), (2e-5,)),
+    )
+    mass = Relation("mass", "product", "kg", (("density", 1.0), ("volume", 1.0)))
+    network = Network("mass", ("a", "b"), properties, (0.5, 0.5), relations=(mass,), unknown=None)
+    z = np.linspace(-0.02, 0.32, 601)
+    u = np.linspace(-8, 8, 81)
+    share = np.exp(-0.5 * u**2) / np.exp(-0.5 * u**2).sum()
+    columns = np.zeros((len(z), 2))
+    for k in range(2):
+        true = (properties[0].means[k] + properties[0].sds[k] * u)[:, None] * (2e-4 + 2e-5 * u)
+        noise = np.hypot(0.004, 0.05 * true)
+        weight = (share[:, None] * share / (noise * math.sqrt(2 * math.pi))).ravel()
+        columns[:, k] = np.exp(-0.5 * ((z[:, None] - true.ravel()) / noise.ravel()) ** 2) @ weight
+    mixed = columns.mean(axis=1)[:, None]
+    information = columns * np.log2(np.maximum(columns, 1e-300) / np.maximum(mixed, 1e-300))
+    exact = 0.5 * float(information.sum() * (z[1] - z[0]))
+    found = information_gain(Belief(network), Sensor("mass", 0.004, 0.05))
+    assert found == pytest.approx(exact, abs=1e-6)

@@ -11,8 +11,8 @@ from estimation.recording import read_recording
 from models import objects
 from selection.display import Silent
 from selection.exploration import Exploration, Settings
-from selection.rehearsal import StandIn
 from selection.robots import RobotRequest, open_robot
+from selection.stand_in import StandIn
 
 CUTS = 60
 

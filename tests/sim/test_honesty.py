@@ -4,6 +4,7 @@ import ast
 import dataclasses
 import importlib.util
 import inspect
+import shutil
 import subprocess
 import sys
 from enum import Enum
@@ -113,6 +114,8 @@ def test_declared_part_holds_nothing_of_the_truth(tmp_path):
         assert set(declared) == {"name", "shape", "size", "size_sd", "position", "yaw", "source", "mesh"}
         text = path.read_text(encoding="utf-8")
         blind = tmp_path / path.name
+        for mesh in path.parent.glob("*.stl"):
+            shutil.copy(mesh, tmp_path)
         blind.write_text(text.split("[truth]")[0], encoding="utf-8")
         assert dataclasses.replace(read_declared(blind), source=str(path)) == read_declared(path) == truth.declared
 

@@ -4,6 +4,7 @@ import dataclasses
 import inspect
 import math
 
+import mujoco
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
@@ -71,6 +72,32 @@ def test_samples_come_at_100_hz_in_order_from_every_primitive(robot):
     assert [id(sample) for sample in first] == [id(sample) for sample in second]
     assert ends[1] - ends[0] == pytest.approx(0.2, abs=PERIOD / 2)
     assert all(sample.q.shape == sample.dq.shape == sample.tau.shape == (7,) for sample in first)
+
+
+class Kept(MujocoRobot):
+    """A robot that keeps the controls of every step."""
+
+    def __init__(self):
+        self.controls = []
+        super().__init__(block())
+
+    def _advance(self, controls):
+        self.controls.append(controls)
+        super()._advance(controls)
+
+
+def test_steps_are_those_of_the_engine_alone():
+    robot = Kept()
+    robot.grip(0.05, 0.1, math.inf)
+    robot.follow(motion(robot, 0.3 * DELTA))
+    model, data = robot._model, mujoco.MjData(robot._model)
+    data.qpos[:7] = robot.controls[0][0][:7]
+    mujoco.mj_forward(model, data)
+    for row in np.concatenate(robot.controls):
+        data.ctrl[:] = row
+        mujoco.mj_step(model, data)
+    np.testing.assert_array_equal(data.qpos, robot._data.qpos)
+    np.testing.assert_array_equal(data.qvel, robot._data.qvel)
 
 
 def test_starts_at_rest_open_and_at_time_zero(robot):

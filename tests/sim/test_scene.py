@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from dynamics.errors import InvalidInput
 from dynamics.gripper import robotiq_2f85
 from models.robot import gen3_mjcf
 from sim.contact import OVERDAMPED, TIMESTEP, contact_law, contact_saturation
@@ -126,3 +127,9 @@ def test_table_top_is_the_plane_the_object_stands_on():
     table = model.geom("table")
     assert table.pos[2] + table.size[2] == pytest.approx(0.0)
     np.testing.assert_allclose(2 * table.size, TABLE_SIZE)
+
+
+@pytest.mark.parametrize("position", [(-0.28, 0.0), (0.88, 0.0), (0.3, 0.78), (0.3, -0.78)])
+def test_what_would_not_stand_on_the_table_is_refused(position):
+    with pytest.raises(InvalidInput, match=r"position_m.*on the table"):
+        scene_mjcf(block(position=position), robotiq_2f85())

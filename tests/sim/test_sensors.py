@@ -9,6 +9,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from sim.sensors import SensorModel, Sensors
 
@@ -16,6 +17,7 @@ NV = 7
 LARGE, SMALL = slice(0, 4), slice(4, 7)
 PERIOD = 0.01
 SIGMAS = 5
+RARE = stats.norm.sf(SIGMAS)  # probability beyond so many standard errors, on one side
 Q = np.linspace(-1, 1, NV)
 TAU = np.array([0.0, 20.0, 0.1, -15.0, 0.5, 3.0, -0.2])
 NONE = SensorModel.none()
@@ -48,6 +50,26 @@ def assert_normal(errors, sd):
     assert np.all(np.abs(errors.std(axis=0) / sd - 1) < SIGMAS / np.sqrt(2 * n))
 
 
+def assert_variance(errors, sd):
+    """Check the sum of squares of independent normal errors of mean 0 against its chi-square distribution."""
+    scaled = np.asarray(errors) / sd
+    probability = stats.chi2.cdf(float(np.sum(scaled**2)), scaled.size)
+    assert RARE < probability < 1 - RARE
+
+
+def test_the_checks_reject_what_is_wrong_by_a_little():
+    n = 4000
+    draws = np.random.default_rng(0).standard_normal((n, 1))
+    assert_normal(draws, 1.0)
+    assert_variance(draws, 1.0)
+    # A tenth too wide, or off by a tenth, is several standard errors of 4000 draws: 1.1 % and 1.6 %.
+    for wrong in (1.1 * draws, draws + 0.1):
+        with pytest.raises(AssertionError):
+            assert_normal(wrong, 1.0)
+    with pytest.raises(AssertionError):
+        assert_variance(1.1 * draws, 1.0)
+
+
 def test_none_is_exact():
     s = sensors(NONE)
     rng = np.random.default_rng(1)
@@ -75,6 +97,13 @@ def test_white_noise_of_torque():
     scaled = errors / errors.std(axis=0)
     assert np.abs((scaled[1:] * scaled[:-1]).mean(axis=0)).max() < SIGMAS / np.sqrt(n)
     assert np.abs(np.corrcoef(scaled.T) - np.eye(NV)).max() < SIGMAS / np.sqrt(n)
+
+
+def test_white_noise_is_gaussian_and_as_wide_as_declared():
+    errors = torques(only(torque_noise=(0.1, 0.04)), 4000, seed=11) - TAU
+    for joints, sd in ((LARGE, 0.1), (SMALL, 0.04)):
+        assert_variance(errors[:, joints], sd)
+        assert stats.kstest(errors[:, joints].ravel() / sd, "norm").pvalue > 2 * RARE
 
 
 def test_noise_of_position_and_velocity():
@@ -120,6 +149,30 @@ def test_drift_is_a_random_walk(period):
     assert_normal(steps.reshape(-1, 1), 1.0)
     n = steps[1:].size
     assert abs((steps[1:] * steps[:-1]).mean()) < SIGMAS / np.sqrt(n)
+
+
+def test_drift_grows_with_the_square_root_of_time_at_every_lag():
+    drift, period = 0.05, 0.02
+    s = sensors(only(torque_drift=drift), 5, period)
+    walk = np.array([s.sample(0.0, Q, 0 * Q, TAU, 0.08, None).tau for _ in range(8192)])
+    for lag in (1, 4, 16, 64, 256):
+        steps = np.diff(walk[::lag], axis=0)  # that do not overlap, so that they are independent
+        assert_variance(steps, drift * np.sqrt(lag * period / 60))
+
+
+def test_all_errors_together_add_up_at_a_start():
+    """Independent errors add in squares: white noise, offset, gain and the first step of the drift."""
+    model = SensorModel()
+    errors = starts(model, 600) - TAU
+    for joints, kind in ((LARGE, 0), (SMALL, 1)):
+        variance = model.torque_noise[kind] ** 2 + model.torque_bias[kind] ** 2
+        variance = variance + (model.torque_gain * TAU[joints]) ** 2 + model.torque_drift**2 * PERIOD / 60
+        assert_variance(errors[:, joints], np.sqrt(variance))
+
+
+def test_starts_are_independent_of_each_other():
+    errors = starts(only(torque_bias=(1.0, 1.0)), 600)[:, 0] - TAU[0]
+    assert abs(np.mean(errors[1:] * errors[:-1])) < SIGMAS / np.sqrt(len(errors) - 1)
 
 
 def test_hysteresis_follows_the_last_direction_across_a_band():

@@ -1,7 +1,11 @@
 """The client against a stub of the server: everything arrives once, and what is lost is noticed."""
 
+import shutil
 import ssl
+import subprocess
+import threading
 from dataclasses import replace
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
@@ -134,15 +138,59 @@ def test_passwords_stay_out_of_the_clear() -> None:
         Connection(f"https://{USER}:{PASSWORD}@example.org/")
     trusting = ssl.create_default_context()
     trusting.check_hostname = False
-    trusting.verify_mode = ssl.CERT_NONE
-    with pytest.raises(InvalidInput, match="verifies"):
-        Connection("https://example.org/ipalm", USER, PASSWORD, context=trusting)
+    for mode in (ssl.CERT_REQUIRED, ssl.CERT_NONE):
+        trusting.verify_mode = mode
+        with pytest.raises(InvalidInput, match="verifies"):
+            Connection("https://example.org/ipalm", USER, PASSWORD, context=trusting)
     for address in ("example.org", "ftp://example.org", "https://"):
         with pytest.raises(InvalidInput, match="address"):
             Connection(address)
     Connection("http://localhost:8000", USER, PASSWORD)
     Connection("http://[::1]:8000", USER, PASSWORD)
     Connection("http://example.org/ipalm")  # reading needs no password
+
+
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="no openssl to make a certificate with")
+def test_a_certificate_that_nobody_vouches_for_is_refused(tmp_path: Path) -> None:
+    """Neither reading nor uploading; with the authority that vouches for it, it is a server like others."""
+    key, certificate = tmp_path / "key.pem", tmp_path / "certificate.pem"
+    command = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=localhost"]
+    command += ["-addext", "subjectAltName=DNS:localhost", "-keyout", str(key), "-out", str(certificate)]
+    subprocess.run(command, check=True, capture_output=True)
+    heard = []
+
+    class Page(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            heard.append(self.headers.get("Authorization"))
+            body = b'{"count": 0, "next": null, "results": []}'
+            self.send_response(200)
+            self.send_header("Content-Length", str(len(body)))
+            self.end_headers()
+            self.wfile.write(body)
+
+        def log_message(self, *_: object) -> None:
+            pass
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), Page)
+    identity = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    identity.load_cert_chain(certificate, key)
+    server.socket = identity.wrap_socket(server.socket, server_side=True)
+    server.handle_error = lambda *_: None  # type: ignore[method-assign]
+    thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02})
+    thread.start()
+    try:
+        address = f"https://localhost:{server.server_address[1]}/ipalm"
+        for user in ((), (USER, PASSWORD)):
+            with pytest.raises(ServerUnreachable, match="certificate verify failed"):
+                list(Connection(address, *user, timeout=5).pages("setups"))
+        assert not heard
+        known = ssl.create_default_context(cafile=str(certificate))
+        assert list(Connection(address, USER, PASSWORD, timeout=5, context=known).pages("setups")) == []
+        assert heard[0].startswith("Basic ")
+    finally:
+        server.shutdown()
+        thread.join()
+        server.server_close()
 
 
 def test_addresses_of_the_server_are_put_under_its_base() -> None:
