@@ -29,7 +29,7 @@ from estimation.stiffness import (
 )
 from estimation.stiffness.fit import predict
 from estimation.stiffness.noise import quantum_of
-from estimation.stiffness.unyielding import ENDS, hardly_gives
+from estimation.stiffness.unyielding import hardly_gives
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,6 @@ LATE_LOAD = 0.25  # share of the largest force above which the readings of the l
 EARLY_SHARE = 0.05  # but for so many of them
 RIGID_STEP = 5e-3  # strain to which the opening over an object that has not given way is believed
 RIGID_STRAIN = 1e-3  # compression of all squeezes below which an object has not given way
-LEAST_STUCK = 4  # readings of pads that press on what does not give
 SETTLING = 2  # samples left out at the start of a motion, where the motor still speeds up
 
 
@@ -110,8 +109,7 @@ def measure_squeeze(
     reported, reported_effort = _reported(closing, locked, rigid)
     reported_force = gripper.force_per_ampere * (reported_effort - air)
     reported_sd = _force_sd(np.maximum(reported_force, 0.0), gripper)
-    least = LEAST_STUCK if rigid else 2 * ENDS
-    estimate = hardly_gives(reported, reported_force, reported_sd, quantum, geometry, noise, least=least)
+    estimate = hardly_gives(reported, reported_force, reported_sd, quantum, geometry, noise)
     if estimate is None:
         opening, effort, speed = closing_readings(closing, quantum, locked, stuck=rigid)
         force = gripper.force_per_ampere * (effort - air)

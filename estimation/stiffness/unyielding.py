@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 PRESSING = 5.0  # force over its noise that is contact
 FEW_STEPS = 2.5  # of the opening, within which no line through the readings tells a modulus
-ENDS = 5  # smallest and largest forces that tell how much it rose
+FEWEST, ENDS = 3, 5  # readings that press; smallest and largest forces of them that tell how much it rose, at most
 ONE_SIDED = 1.645  # standard deviations of a bound of 95 %
 
 
@@ -28,7 +28,6 @@ def hardly_gives(
     geometry: Geometry,
     noise: CurveNoise,
     steps: float = FEW_STEPS,
-    least: int = 2 * ENDS,
 ) -> StiffnessEstimate | None:
     """Return the bound that readings of an object give which yields by two steps of the opening at most.
 
@@ -43,13 +42,12 @@ def hardly_gives(
         geometry: of the object between the pads.
         noise: gives the relative standard deviation of the calibration.
         steps: of the opening, by which an object may yield at most.
-        least: readings under load that are needed, 4 or more.
 
     Returns:
         None for an object that gives more, that was hardly pressed, or without steps.
     """
     pressing = force > PRESSING * force_sd
-    if quantum == 0 or pressing.sum() < least:
+    if quantum == 0 or pressing.sum() < FEWEST:
         return None
     order = np.argsort(force[pressing])
     opening, force, force_sd = opening[pressing][order], force[pressing][order], force_sd[pressing][order]
