@@ -110,5 +110,5 @@ def test_force_is_that_of_the_theory_for_pads(shape, young):
         law = geometry.area * geometry.law_of(strain - onset)
         modulus = float(law @ force / (law @ law))
         best = min(best, (float(np.sum((force - modulus * law) ** 2)), modulus))
-    # A mesh' own factor is computed at 50 kPa; with the modulus the contact's share of it changes more than elsewhere.
+    # A mesh is pressed at 50 kPa; with the modulus the share of its contact changes more than elsewhere.
     assert best[1] == pytest.approx(young, rel=0.15 if shape == "mesh" else BETWEEN)
