@@ -28,7 +28,7 @@ _LOOK = 0.3  # s of holding still to feel the weight
 _SLIPPERY = 0.4  # coefficient of friction that is counted on
 _SAFETY = 1.5  # on the grip force
 _MOST_FRICTION = 1.0  # coefficient that is counted on where friction does harm
-_LOST = 0.15, 0.5  # share of the weight, and N: a change of what is carried that tells of slipping
+_LOST = 0.15, 0.3  # share of the weight, and N: a change of what is carried that tells of slipping
 
 
 class Squeeze:
