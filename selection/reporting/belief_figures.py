@@ -12,7 +12,7 @@ from selection.reporting.document import Figure
 from selection.reporting.drawing import SMALL, Sheet, bare, drawing, only_horizontal_grid
 from selection.reporting.palette import LIGHT
 from selection.reporting.story import Score
-from selection.reporting.text import bits, listed, name_of, number, percent, seconds
+from selection.reporting.text import bits, listed, name_of, number, percent, seconds, signed
 
 ROW = 0.44  # inches a row with its words above
 MOST_ROWS = 12
@@ -75,7 +75,7 @@ def _gain(axes: Any, row: int, score: Score, price: float, chosen: bool, ends: t
     follows = score.value - (score.bits - cost)
     more = f" + {follows:.2f} to follow" if follows > 0.005 else ""
     told = (
-        f"{score.bits:.2f} − {cost:.2f} for {seconds(score.seconds)}{more} = {score.value:.2f}".replace("-", "−")
+        f"{score.bits:.2f} − {cost:.2f} for {seconds(score.seconds)}{more} = {signed(score.value)}"
         if score.feasible
         else f"{score.bits:.2f} – {name_of(score.reason, 26)}"
     )

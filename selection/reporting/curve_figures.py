@@ -14,13 +14,15 @@ from estimation.network import Network
 from selection.reporting.document import Figure
 from selection.reporting.drawing import SMALL, Sheet, bare, drawing, only_horizontal_grid
 from selection.reporting.palette import LIGHT, SERIES, colours
-from selection.reporting.text import listed, name_of, number, slug, title_of
+from selection.reporting.text import listed, name_of, number, slug, title_of, typeset
 from selection.trials.result_tables import LearningCurve, ResultTable, Value
 
 INK, SOFT, LINE, MUTED = LIGHT["ink"], LIGHT["soft"], LIGHT["line"], LIGHT["muted"]
 DASHES: tuple[Any, ...] = ("solid", (0, (5, 2)), (0, (1, 1.6)), (0, (5, 2, 1, 2)))
 MOST_LINES = 16
 MOST_INTERVALS = 60
+LONGEST_TITLE = 120
+MANY = 6  # lines from which bands are drawn paler
 MARKED = 12  # points of a line up to which each is marked
 ROW = 0.235  # inches
 
@@ -69,7 +71,7 @@ def learning_curves(curves: Sequence[LearningCurve], style: Mapping[str, tuple[s
     first = curves[0]
     shown = [curve for curve in curves if curve.x][:MOST_LINES]
     diagonal = _is_calibration(shown, first.figure)
-    columns = 2 if max((len(curve.label) for curve in shown), default=0) <= 24 else 1
+    columns = 2 if max((len(curve.label) for curve in shown), default=0) <= 26 else 1
     legend = 0.2 * math.ceil((len(shown) + diagonal) / columns) + 0.12
     with drawing():
         sheet = Sheet(2.75 + (1.2 if diagonal else 0.0) + legend)
@@ -82,7 +84,9 @@ def learning_curves(curves: Sequence[LearningCurve], style: Mapping[str, tuple[s
             x, y = np.array(curve.x), np.array(curve.y)
             low, high = np.array(curve.low), np.array(curve.high)
             if not np.allclose(low, high):
-                axes.fill_between(x, low, high, color=colour, alpha=0.16, linewidth=0)
+                axes.fill_between(
+                    x, low, high, color=colour, alpha=0.16 if len(shown) <= MANY else 0.07, linewidth=0
+                )
             mark = "o" if len(x) <= MARKED else None
             axes.plot(x, y, color=colour, linestyle=dash, marker=mark, markersize=3.4, label=name_of(curve.label))
         if diagonal:
@@ -90,23 +94,23 @@ def learning_curves(curves: Sequence[LearningCurve], style: Mapping[str, tuple[s
             axes.set_ylim(0, 1)
         elif shown:
             _limits(axes, shown)
-        axes.set_xlabel(name_of(first.x_label, 48))
-        axes.set_ylabel(name_of(first.y_label, 40))
+        axes.set_xlabel(typeset(name_of(first.x_label, 48)))
+        axes.set_ylabel(typeset(name_of(first.y_label, 40)))
         if shown:
             sheet.figure.legend(
                 loc="lower left",
-                bbox_to_anchor=(0.11, 0.0),
+                bbox_to_anchor=(0.01, 0.0),
                 ncols=columns,
                 borderaxespad=0.1,
-                columnspacing=1.4,
-                handlelength=2.0,
+                columnspacing=1.0,
+                handlelength=1.8,
             )
         ends = [f"{curve.label} ends at {number(curve.y[-1])}" for curve in shown]
         left_out = len(curves) - len(shown)
         more = f" {left_out} more lines are in the table." if left_out > 0 else ""
         return sheet.finish(
             slug(first.figure),
-            title_of(f"{name_of(first.title.partition(': ')[2] or first.title, 80)} against {first.x_label}"),
+            title_of(f"{first.title.partition(': ')[2] or first.title} against {first.x_label}", LONGEST_TITLE),
             f"Bands: 95 % intervals.{more}",
             f"{first.y_label} against {first.x_label}: {listed(ends)}.",
         )
@@ -125,13 +129,13 @@ def intervals(name: str, found: Intervals) -> Figure:
         at += 1.0
     with drawing():
         sheet = Sheet(0.62 + ROW * at)
-        axes = sheet.axes(1.62, 0.48, 0.2, 0.08)
+        axes = sheet.axes(1.8, 0.48, 0.2, 0.08)
         bare(axes)
         low, high = _ends(found)
         axes.set_xlim(low, high)
         axes.set_ylim(at - 0.3, -0.6)
         for place, group in heads:
-            axes.text(-0.5, place, name_of(group, 46), weight="bold", va="center", size=SMALL, **_along(axes))
+            axes.text(-0.59, place, name_of(group, 46), weight="bold", va="center", size=SMALL, **_along(axes))
         for y, row in zip(places, rows, strict=True):
             axes.axhline(y, color=LINE, linewidth=0.6)
             axes.plot([row.low, row.high], [y, y], color=LIGHT["accent"], linewidth=4.5, alpha=0.45)
@@ -147,13 +151,14 @@ def intervals(name: str, found: Intervals) -> Figure:
             from matplotlib.ticker import MaxNLocator
 
             axes.xaxis.set_major_locator(MaxNLocator(5))
-        axes.set_xlabel(f"{title_of(found.kind)} [%]" if found.are_rates else title_of(found.kind))
+        kind = typeset(title_of(found.kind))
+        axes.set_xlabel(f"{kind} [%]" if found.are_rates else kind)
         said = [f"{row.group} {row.label} {number(row.value)}".strip() for row in rows]
         return sheet.finish(
             name,
-            title_of(found.kind),
+            kind,
             "Dots and bars: with 95 % intervals." + (" Diamonds: as printed in the thesis." if thesis else ""),
-            f"{title_of(found.kind)}: {listed(said)}.",
+            f"{kind}: {listed(said)}.",
         )
 
 
@@ -175,7 +180,8 @@ def _ends(found: Intervals) -> tuple[float, float]:
 def intervals_of(table: ResultTable) -> Intervals | None:
     """Return the first figures of a table whose column ``low`` and ``high`` follow; None if there are none.
 
-    Words before it that differ between rows name the rows; the thesis' own counts are in a column ``thesis...``.
+    Words before it that differ between rows name the rows, which are grouped by those that change least often;
+    the thesis' own counts are in a column ``thesis...``.
     """
     names = [column.lower() for column in table.columns]
     after = next((i for i, pair in enumerate(pairwise(names)) if pair == ("low", "high")), 0)
@@ -185,12 +191,14 @@ def intervals_of(table: ResultTable) -> Intervals | None:
     words = [i for i in range(at) if all(_is_word(row[i]) for row in table.rows)]
     varied = [i for i in words if len({row[i] for row in table.rows}) > 1]
     thesis = next((i for i, name in enumerate(names) if name.startswith("thesis")), None)
+    runs = {i: 1 + sum(a[i] != b[i] for a, b in pairwise(table.rows)) for i in varied}
+    leader = min(varied, key=lambda i: runs[i]) if len(varied) > 1 else None
     found = []
     for row in table.rows:
         numbers = [float(c) for c in row[at : at + 3] if isinstance(c, int | float) and math.isfinite(c)]
         if len(numbers) == 3:
-            group = str(row[varied[0]]) if len(varied) > 1 else ""
-            label = ", ".join(str(row[i]) for i in (varied[1:] if len(varied) > 1 else varied))
+            group = "" if leader is None else str(row[leader])
+            label = ", ".join(str(row[i]) for i in varied if i != leader)
             printed = _share(row[thesis]) if thesis is not None else None
             value, low, high = numbers
             found.append(Interval(group, label, value, low, high, printed))

@@ -217,7 +217,7 @@ def _frame(axes: Any, title: str, factor: float, low: float, high: float, log: b
 def _tick(value: float) -> str:
     """Return a power of ten as a label."""
     if 1e-3 < value < 1e5:
-        return f"{value:,.4g}".replace(",", "\u202f")
+        return f"{value:,.0f}".replace(",", "\u202f") if value >= 1000 else f"{value:.4g}"
     return "10" + str(round(math.log10(value))).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 

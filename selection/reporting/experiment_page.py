@@ -16,10 +16,11 @@ from selection.reporting.curve_figures import intervals, intervals_of, learning_
 from selection.reporting.document import Block, Document, Figure, Gallery, Section, Table
 from selection.reporting.document import paragraph as said
 from selection.reporting.files import write_document
-from selection.reporting.text import name_of, slug, title_of
+from selection.reporting.text import name_of, slug, title_of, typeset
 from selection.trials.result_tables import LearningCurve, ResultTable
 
 REPORT, DATA = "report.html", "report.json"
+LONGEST_LEAD = 160  # letters in large type
 _FORMAT = "palpate-experiment/1"
 
 
@@ -109,18 +110,22 @@ def experiment_document(
     references: Sequence[str],
 ) -> Document:
     """Return the page of an experiment."""
-    blocks: list[Block] = [said(lead, kind="lead")] if lead else []
+    blocks: list[Block] = []
+    if lead:
+        blocks.append(said(typeset(lead), kind="lead" if len(lead) <= LONGEST_LEAD else ""))
     style = styles([curve.label for curve in curves])
     groups: dict[str, list[Block]] = {}
     for name in dict.fromkeys(curve.figure for curve in curves):
         own = [curve for curve in curves if curve.figure == name]
         groups.setdefault(_world(own[0]), []).append(learning_curves(own, style))
-    for table in tables:
+    for given in tables:
+        columns = tuple(typeset(column) for column in given.columns)
+        table = replace(given, note=typeset(given.note))
         rates = intervals_of(table)
         chart: tuple[Figure, ...] = ()
         if rates:
             chart = (intervals(f"{slug(table.name)}-{slug(rates.kind)}", rates),)
-        blocks.append(Section(table.title, (Table(table, quiet=True), *chart)))
+        blocks.append(Section(table.title, (Table(table, columns=columns, quiet=True), *chart)))
     for world, drawn in groups.items():
         label = "How knowledge grows"
         blocks.append(Section(title_of(world or "Learning curves"), (Gallery(tuple(drawn)),), label))

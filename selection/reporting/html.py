@@ -27,6 +27,7 @@ from selection.reporting.palette import DARK, LIGHT, variables
 from selection.reporting.text import clean
 
 STYLE = Path(__file__).with_name("style.css")
+LONG = 32  # letters of a cell from which it is broken into lines
 MOST_ROWS = 400  # of a table on the page; its CSV has them all
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
@@ -121,8 +122,11 @@ def _table(table: Table) -> str:
 
 
 def _cells(row: Sequence[str], kinds: Sequence[str]) -> str:
-    first = f'<th scope="row"{kinds[0]}>{_text(row[0])}</th>' if row else ""
-    return first + "".join(f"<td{k}>{_text(cell)}</td>" for cell, k in zip(row[1:], kinds[1:], strict=True))
+    parts = []
+    for i, (cell, kind) in enumerate(zip(row, kinds, strict=True)):
+        own = ' class="long"' if len(cell) > LONG else kind
+        parts.append(f"<td{own}>{_text(cell)}</td>" if i else f'<th scope="row"{own}>{_text(cell)}</th>')
+    return "".join(parts)
 
 
 def _is_numeric(cells: Sequence[str]) -> bool:

@@ -57,7 +57,8 @@ def pictures_of(directory: Path, acts: Sequence[tuple[int, str]]) -> dict[int, t
             continue
         data = _small(path)
         if data is not None:
-            words = ", ".join(_SPOKEN.get(part, part) for part in parts)
+            said = parts[1:] if place != BEFORE and len(parts) > 1 else parts
+            words = ", ".join(_SPOKEN.get(part, part) for part in said)
             shown.append(Picture(path.stem, title_of(words) or "The scene", data))
     return {place: tuple(pictures) for place, pictures in found.items()}
 

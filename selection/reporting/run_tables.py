@@ -18,6 +18,7 @@ from selection.reporting.text import (
     plain,
     quantity,
     seconds,
+    signed,
     slug,
     title_of,
 )
@@ -112,7 +113,7 @@ def decision_table(story: Story) -> Table:
                     name_of(score.name),
                     f"{score.bits:.3f}",
                     seconds(score.seconds),
-                    f"{score.value:.3f}".replace("-", "−") if score.feasible else "–",
+                    signed(score.value, 3) if score.feasible else "–",
                     name_of(verdict),
                 )
             )

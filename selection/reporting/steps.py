@@ -20,6 +20,8 @@ def step_section(page: RunPage, step: Step) -> Section:
     blocks: list[Block] = [said(*_why(step)), _brought(step)]
     failed = step.ok is False
     notes = step.notes[1:] if failed else (*step.notes, *analysis.notes)
+    told = tuple(f"{seen.variable} {seen.best}" for seen in step.observations)
+    notes = tuple(note for note in notes if not note.endswith(told))  # the paragraph says it already
     blocks += [said(note, kind="note") for note in notes]
     if page.pictures.get(step.number):
         blocks.append(Gallery(page.pictures[step.number], "pictures"))

@@ -33,9 +33,14 @@ def name_of(text: object, longest: int = LONGEST_NAME) -> str:
     return clean(" ".join(str(text).split()), longest)
 
 
-def title_of(text: object) -> str:
+def typeset(text: str) -> str:
+    """Return text with the signs of print for those of a keyboard: at least, at most, plus or minus."""
+    return text.replace(">=", "≥").replace("<=", "≤").replace("+-", "±")
+
+
+def title_of(text: object, longest: int = LONGEST_NAME) -> str:
     """Return a name as it begins a line: with a capital letter."""
-    name = name_of(text)
+    name = name_of(text, longest)
     return name[:1].upper() + name[1:]
 
 
@@ -125,7 +130,13 @@ def date(iso: str) -> str:
 
 def bits(value: float) -> str:
     """Return an amount of information: ``2.32 bit``."""
-    return f"{value:.2f}{NO_BREAK}bit".replace("-", "−")
+    return f"{signed(value)}{NO_BREAK}bit"
+
+
+def signed(value: float, decimals: int = 2) -> str:
+    """Return a number with so many decimals, a true minus, and no minus before zero."""
+    text = f"{value:.{decimals}f}"
+    return text.replace("-", "−") if float(text) else f"{0:.{decimals}f}"
 
 
 def listed(parts: Sequence[str]) -> str:
