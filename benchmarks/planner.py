@@ -28,15 +28,18 @@ SECONDS |= {"volume": 5, "friction": 12}
 CAP = 6
 
 
+BATCHES = 30  # short ones, so that some are not disturbed by what else the machine does
+
+
 def milliseconds(call: Callable[[], object], budget: float = 0.3) -> float:
-    """Return the best time of a call in several batches [ms]."""
+    """Return the best time of a call in many short batches [ms]."""
     call()
     start = time.perf_counter()
     call()
     once = max(time.perf_counter() - start, 1e-6)
-    count = max(1, int(budget / 5 / once))
+    count = max(1, int(budget / BATCHES / once))
     times = []
-    for _ in range(5):
+    for _ in range(BATCHES):
         start = time.perf_counter()
         for _ in range(count):
             call()

@@ -6,9 +6,9 @@ meanwhile: where the object is really is compared with what was reported. What i
 again, so a long study can be made piece by piece with a growing ``--objects``.
 
 Counted: explorations that crashed (any error that is not the project's own), those that physics warned of, objects
-that were dropped or displaced by an action that said all was well, and actions that failed, by reason. An object
-counts as lost if it leaves the hand by more than 20 mm while it is lifted, or comes down before the hand does; and
-as displaced if an action that puts it back leaves it more than 15 mm aside, higher or lower than it stood.
+that were dropped by an action that said all was well, and actions that failed, by reason. An object counts as
+dropped if it leaves the hand by more than 20 mm while it is lifted, comes down before the hand does, or is off the
+table in the end. Displaced, which is told besides, is what rolled or slid by more than 15 mm when it was let go.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from selection.dataset.one import FAILURE, RESULT, Ignoring, Job, Outcome, Setup
 from selection.dataset.progress import show_progress
 from sim.bodies import object_pose
 
-LIFTED, LEFT_HAND, ASIDE = 0.008, 0.020, 0.015  # m
+LIFTED, LEFT_HAND, ASIDE, OFF_TABLE = 0.008, 0.020, 0.015, 0.05  # m
 DOWN, SLID = 0.003, 0.005  # m over where it stood, and what it may have slid in the hand, when it is put back
 LOOK_EVERY = 5  # samples
 INSPECTION = "inspection.json"
@@ -101,7 +101,7 @@ def work(job: Job) -> Outcome:
 def summary(dataset: Dataset, count: int) -> dict[str, object]:
     """Return the counts over what is complete of the first objects."""
     known = {error.__name__ for error in _errors(PalpateError)}
-    crashes, warnings, refused, silent, reasons = [], [], [], [], Counter()
+    crashes, warnings, refused, silent, displaced, reasons = [], [], [], [], [], Counter()
     actions: Counter[str] = Counter()
     failed: Counter[str] = Counter()
     failures, complete = [], 0
@@ -128,10 +128,13 @@ def summary(dataset: Dataset, count: int) -> dict[str, object]:
                 failed[name] += 1
                 reasons[f"{name}: {note.split(':')[0]}"] += 1
                 failures.append(f"{index}: {name}: {note}")
-            elif looked["lost"] or looked["aside_m"] > ASIDE or abs(looked["up_m"]) > ASIDE:
-                what = "lost" if looked["lost"] else "displaced"
-                aside, up = (round(looked[key] * 1e3) for key in ("aside_m", "up_m"))
-                silent.append(f"{index}: {name}: {what}, {aside} mm aside and {up} mm higher at its end")
+                continue
+            aside, up = looked["aside_m"], looked["up_m"]
+            told = f"{index}: {name}: {aside * 1e3:.0f} mm aside and {up * 1e3:.0f} mm higher at its end"
+            if looked["lost"] or up < -OFF_TABLE:
+                silent.append(told)
+            elif max(aside, abs(up)) > ASIDE:
+                displaced.append(told)
     total, bad = sum(actions.values()), sum(failed.values())
     return {
         "explorations": complete,
@@ -139,6 +142,7 @@ def summary(dataset: Dataset, count: int) -> dict[str, object]:
         "physics_warnings": len(warnings),
         "refused": len(refused),
         "unreported_drops": len(silent),
+        "displaced": len(displaced),
         "actions": total,
         "succeeded_share": (total - bad) / total if total else None,
         "by_action": {name: {"done": actions[name], "failed": failed[name]} for name in sorted(actions)},
@@ -151,6 +155,7 @@ def summary(dataset: Dataset, count: int) -> dict[str, object]:
             "warnings": warnings,
             "refused": refused,
             "unreported": silent,
+            "displaced": displaced,
             "failures": failures,
         },
     }

@@ -3,7 +3,7 @@
     ratio    estimated over true modulus
     mass     largest ratio over smallest, over the masses of one modulus, less 1
 
-``python -m benchmarks.stiffness_in_simulation [--fidelity uniform|indentation] [--kappa K] [--json]``
+``python -m benchmarks.stiffness_in_simulation [--fidelity uniform|indentation] [--json]``
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ import json
 import sys
 from pathlib import Path
 
-from dynamics.compression import Geometry
 from dynamics.errors import PalpateError
 from dynamics.signals import Phase
 from estimation.carried import held_weight
@@ -39,7 +38,7 @@ def squeeze(modulus: float, mass: float, fidelity: str) -> tuple[MujocoRobot, tu
     return robot, tape.take()
 
 
-def ratio(modulus: float, mass: float, fidelity: str, kappa: float | None) -> float | str:
+def ratio(modulus: float, mass: float, fidelity: str) -> float | str:
     try:
         robot, phases = squeeze(modulus, mass, fidelity)
         size = read_truth(OBJECT).size
@@ -48,17 +47,15 @@ def ratio(modulus: float, mass: float, fidelity: str, kappa: float | None) -> fl
         )
     except PalpateError as error:
         return str(error)
-    g: Geometry = estimate.geometry
-    return estimate.young_modulus / modulus * (g.kappa / kappa if kappa else 1.0)
+    return estimate.young_modulus / modulus
 
 
 def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.stiffness_in_simulation")
     parser.add_argument("--fidelity", choices=("uniform", "indentation"), default="uniform")
-    parser.add_argument("--kappa", type=float, help="of the simulated block; the table's is that of a fine mesh")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args(arguments)
-    table = {f"{e:g}": {f"{m:g}": ratio(e, m, options.fidelity, options.kappa) for m in MASSES} for e in MODULI}
+    table = {f"{e:g}": {f"{m:g}": ratio(e, m, options.fidelity) for m in MASSES} for e in MODULI}
     spread = {}
     for modulus, row in table.items():
         found = [v for v in row.values() if isinstance(v, float)]

@@ -30,6 +30,7 @@ Array = NDArray[np.float64]
 
 SLIDING_SHARE = 0.5  # of the time of a slide, its end: before, the object is sheared and does not slide yet
 LIMIT = 65.0  # percentile of the force in a slide: a little over the median, for pads stick now and then
+CAUGHT = 1.2  # ratio to the force at the end above which the pads had caught on something rather than slid
 SMOOTH, SMOOTH_AIR = 3, 7  # samples of a running mean of the torques, with contact and without
 GROWN = 1.15  # ratio of the forces after and before a slide above which the later one is the force that slid
 SLIDE_SD = 0.08  # relative; scatter of one slide, from the simulation: stick and slip, and what F does meanwhile
@@ -133,11 +134,12 @@ def find_slides(arm: Arm, gripper: ParallelGripper, phases: Sequence[Phase]) -> 
         pull = _running_mean(baseline.tangential(phases[number].samples), SMOOTH)
         count = len(pull)
         sliding = pull[round(count * (1 - SLIDING_SHARE)) :]
+        end = float(np.median(pull[round(0.8 * count) :]))
         found.append(
             Slide(
-                tangential=float(np.percentile(sliding, LIMIT)),
+                tangential=min(float(np.percentile(sliding, LIMIT)), CAUGHT * end),
                 middle=float(np.median(pull[round(0.4 * count) : round(0.6 * count)])),
-                end=float(np.median(pull[round(0.8 * count) :])),
+                end=end,
                 before=first[1],
                 after=last[0],
                 force_sd=math.hypot(first[2], last[2]) / 2,

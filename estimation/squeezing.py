@@ -40,6 +40,7 @@ DELAYS = (0.005, 0.01, 0.015, 0.02)  # s
 DELAY_EVIDENCE = 6.0  # log-likelihood that a delay must gain
 LATE_LOAD = 0.25  # share of the largest force above which the readings of the loading are taken to begin late,
 EARLY_SHARE = 0.05  # but for so many of them
+RIGID_STEP = 5e-3  # strain to which the opening over an object that has not given way is believed
 RIGID_STRAIN = 1e-3  # compression of all squeezes below which an object has not given way
 SETTLING = 2  # samples left out at the start of a motion, where the motor still speeds up
 
@@ -92,7 +93,7 @@ def measure_squeeze(
     if rigid:  # then only how the grasp met it shows where it is, and its give is not told from that of the pads
         closing = [phase.gripper() for phase in phases if phase.name == "grasp"] + closing
         if quantum == 0:
-            quantum = RIGID_STRAIN * size[0]
+            quantum = RIGID_STEP * size[0]
             closing = [replace(r, opening=np.round(r.opening / quantum) * quantum) for r in closing]
     locked = locked_current([phase.gripper() for phase in phases if phase.name == "dwell"])
     geometry = geometry_of(shape, size, gripper, poisson=poisson, rule=rule, fill=fill)

@@ -19,6 +19,10 @@ from pathlib import Path
 from typing import Literal
 
 Revision = Literal["V12", "BRAKES"]
+COLOUR_CAMERA = (0.0, 0.05639, -0.00305)
+"""Place of the vision module's colour camera in the flange's frame [m]; it looks along +z (kortex_description)."""
+TOOL_LENGTH = 0.12
+"""Distance of the tool frame from the flange along z with the gripper 2f85 [m]."""
 REVISIONS: tuple[Revision, ...] = ("V12", "BRAKES")
 GRIPPERS: tuple[str, ...] = ("2f85",)
 

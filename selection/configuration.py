@@ -10,7 +10,7 @@ from typing import Any
 
 from dynamics.robot import Robot
 from dynamics.tables import Table, read_toml
-from estimation.reestimation import describe
+from estimation.reestimation import describe, mesh_of
 from models.robot import REVISIONS, gen3_mjcf
 from selection.result import versions
 
@@ -23,6 +23,7 @@ def configuration(given: argparse.Namespace, object_file: Path, robot: Robot) ->
     return {
         "object": given.object,
         "object_file": object_file.read_text(encoding="utf-8"),
+        **mesh_of(object_file),
         "reference": given.reference,
         "prior": given.prior or "",
         "seed": given.seed,

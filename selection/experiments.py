@@ -44,9 +44,9 @@ def _run(given: argparse.Namespace) -> None:
 
     names = STUDIES if given.study == "all" else (given.study,)
     outcome = run_studies(names, _request(given), _progress(given.quiet))
-    write(outcome, given.out, given.json)
+    write(outcome, given.out, given.json, not given.no_page)
     if not given.quiet:
-        say(outcome, given.out, sys.stdout)
+        say(outcome, given.out, sys.stdout, not given.no_page)
 
 
 def _request(given: argparse.Namespace) -> Request:
@@ -106,6 +106,7 @@ def _parser() -> argparse.ArgumentParser:
         help="tables, and finished chunks: an interrupted sweep goes on there (%(default)s)",
     )
     made.add_argument("--json", type=Path, metavar="FILE", help="write every cell and table")
+    made.add_argument("--no-page", action="store_true", help="write no report.html")
     made.add_argument("--quiet", action="store_true", help="print nothing but errors")
     return made
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -71,24 +71,6 @@ class Told:
     def perceive(self) -> Observation:
         """Return the answer."""
         return self.observation
-
-
-@dataclass(frozen=True)
-class Noticed:
-    """A classifier whose every look is also told to someone else, such as a camera that keeps a picture.
-
-    Attributes:
-        classifier: which perceives.
-        notice: called at every look, before it.
-    """
-
-    classifier: Classifier
-    notice: Callable[[], None]
-
-    def perceive(self) -> Observation:
-        """Tell of the look, then return what is perceived."""
-        self.notice()
-        return self.classifier.perceive()
 
 
 def drawn_senses(network: Network, truth: Mapping[str, str], seed: int) -> dict[str, Classifier]:

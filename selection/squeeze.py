@@ -53,11 +53,11 @@ def _squeeze(given: argparse.Namespace) -> int:
     from selection.squeezes import rate_term, squeeze_all
 
     take_preset(given)
-    with _object(given) as (text, declared, opened):
+    with _object(given) as (text, mesh, declared, opened):
         bench = opened.bench
         strokes = strokes_of(given, declared, bench.edge)
         directory = given.out or Path("runs") / f"{time.strftime('%Y%m%d-%H%M%S')}-{declared.name}"
-        config = configuration(given, text, bench, strokes)
+        config = configuration(given, text, bench, strokes) | mesh
         with RunWriter.create(directory, config, declared.name) as run:
             squeezes: list[Squeezed] = []
             for squeezed in squeeze_all(bench, declared, strokes, run):
@@ -81,19 +81,21 @@ def _squeeze(given: argparse.Namespace) -> int:
 
 
 @contextmanager
-def _object(given: argparse.Namespace) -> Iterator[tuple[str, DeclaredObject, OpenedBench]]:
+def _object(given: argparse.Namespace) -> Iterator[tuple[str, dict[str, Any], DeclaredObject, OpenedBench]]:
     """Open the bench with the object that is asked for; what is refused is told by the object's name."""
     from dynamics.errors import InvalidInput
     from dynamics.objects import read_declared
+    from estimation.reestimation import mesh_of, write_mesh
     from selection.robots import BenchRequest, open_bench
 
     source, text = object_text(given)
-    changed = text != source.read_text(encoding="utf-8")
+    changed, mesh = text != source.read_text(encoding="utf-8"), mesh_of(source)
     with tempfile.TemporaryDirectory(prefix="palpate-") as folder:
         path = source
         if changed:
             path = Path(folder) / source.name
             path.write_text(text, encoding="utf-8")
+            write_mesh(path.parent, mesh.get("object_mesh", {}))
         try:
             request = BenchRequest(
                 path, given.plates, "fast" if given.fast else "accurate", given.fidelity, given.noise, given.seed
@@ -104,7 +106,7 @@ def _object(given: argparse.Namespace) -> Iterator[tuple[str, DeclaredObject, Op
                 raise
             where = error.where.replace(str(path), f"{given.object}, as changed")
             raise InvalidInput(where, error.found, error.valid) from None
-        yield text, declared, opened
+        yield text, mesh, declared, opened
 
 
 def configuration(

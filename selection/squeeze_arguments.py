@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from dynamics.bench import Stroke
     from dynamics.objects import DeclaredObject
 
-DEFAULT_SPEED = 0.01  # m/s
+DEFAULT_SPEED = 0.005  # m/s
 DEFAULT_STRAIN = 0.1  # of the object's width, to which it is squeezed
 MOST_STRAIN = 0.5
 MOST_STROKES = 100

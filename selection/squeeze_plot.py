@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from selection.reporting.drawing import look
 from selection.robots import Truth
 from selection.squeezes import Squeezed
 
@@ -28,14 +29,13 @@ def plot(directory: Path, squeezes: Sequence[Squeezed], truth: Truth, title: str
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    from selection.reporting.drawing import look
-
-    with rc_context(look() | {"savefig.facecolor": "white"}):
+    white = {"figure.facecolor": "white", "savefig.facecolor": "white"}
+    with rc_context({**look(), **white}):
         figure = Figure(figsize=(7.2, 9.0), layout="constrained")
         FigureCanvasAgg(figure)
         over_force, over_opening, over_strain = figure.subplots(3, 1, height_ratios=(1, 1, 1.5))
         for number, one in enumerate(squeezes):
-            color = f"C{number % 10}"
+            color = f"C{number}"
             start = one.time[0]
             name = _name(one) if number < MOST_TOLD else None
             over_force.plot(one.time - start, one.force, color=color, linewidth=1.2, label=name)

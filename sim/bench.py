@@ -96,7 +96,7 @@ class Bench:
     """Two plates and an object.
 
     ``accurate`` steps by 2 ms; ``fast`` by 4 ms, for more than 20 one-second strokes a second: its moduli are
-    within 0.2 % of the accurate ones at 10 mm/s. The plates are ``pads`` of 22 x 37.5 mm or ``full``, larger than
+    within 0.2 % of the accurate ones at 5 mm/s. The plates are ``pads`` of 22 x 37.5 mm or ``full``, larger than
     the object.
 
         bench = Bench(truth, "pads", fidelity="indentation")

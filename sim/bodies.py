@@ -125,7 +125,7 @@ def _soft(
         "name": NAME,
         "dim": "3",
         "radius": repr(SKIN),
-        "mass": repr(truth.mass),
+        "mass": repr(float(truth.mass)),
         "dof": "trilinear",
         "cellcount": f"{cells} {cells} {cells}",
         "rgba": COLOR,
@@ -142,10 +142,14 @@ def _soft(
     body.set("element", " ".join(map(str, fan.ravel())))
     poisson = truth.poisson if fidelity == "indentation" else 0.0
     elasticity = ET.SubElement(
-        body, "elasticity", young=repr(modulus), poisson=repr(poisson), damping=repr(truth.damping)
+        body,
+        "elasticity",
+        young=repr(float(modulus)),
+        poisson=repr(float(poisson)),
+        damping=repr(float(truth.damping)),
     )
     if truth.yield_strain > 0:
-        elasticity.set("yield", repr(truth.yield_strain))
+        elasticity.set("yield", repr(float(truth.yield_strain)))
     touch = {"selfcollide": "none", "condim": "3", **_touch(truth, timestep, "0.005 0.0001")}
     ET.SubElement(body, "contact", touch)
     return body
@@ -157,12 +161,12 @@ def _rigid(truth: TrueObject, place: dict[str, str], timestep: float) -> ET.Elem
     a, b, c = (extent / 2 for extent in truth.size)
     # Round bodies need a resistance to rolling, or they never come to rest.
     touch = {"condim": "6", **_touch(truth, timestep, _ROLLING)}
-    shape = {"name": NAME, "type": truth.shape, "mass": repr(truth.mass), "rgba": COLOR, **touch}
+    shape = {"name": NAME, "type": truth.shape, "mass": repr(float(truth.mass)), "rgba": COLOR, **touch}
     if truth.shape == "mesh":
         shape["mesh"] = NAME
     else:
         sizes = {"box": (a, b, c), "cylinder": (a, c), "sphere": (a,), "ellipsoid": (a, b, c)}
-        shape["size"] = " ".join(map(repr, sizes[truth.shape]))
+        shape["size"] = _text(np.array(sizes[truth.shape]))
     ET.SubElement(body, "geom", shape)
     return body
 

@@ -17,7 +17,7 @@ from dynamics.shapes import Lengths, Shape
 from sim.truth import TrueObject
 
 TABLE = Path(__file__).parent / "calibration.csv"
-POISSON = (0.0, 0.3, 0.45)
+POISSON = (0.0, 0.3, 0.4, 0.45)
 WIDTHS = (0.02, 0.035, 0.06, 0.085)  # m
 SIDES = (0.02, 0.04, 0.08, 0.16, 0.3)  # m
 AXES = (0.02, 0.04, 0.08, 0.16)  # m

@@ -8,6 +8,8 @@ import xml.etree.ElementTree as ET
 import numpy as np
 from numpy.typing import NDArray
 
+from models.robot import COLOUR_CAMERA
+
 Array = NDArray[np.float64]
 
 # Eye and target by how far they lie outward of the object, to its left and over the table [m]: the arm reaches
@@ -16,8 +18,6 @@ ONLOOKERS = {
     "overview": ((0.75, -1.15, 0.80), (-0.25, -0.05, 0.30)),
     "close": ((0.35, -0.35, 0.20), (0.0, 0.0, 0.06)),
 }
-# The vision module's colour camera, in the flange's frame, looking along +z (kortex_description, color_module).
-WRIST = (0.0, 0.05639, -0.00305)
 WRIST_FIELD = 50.0  # degrees, upright; an assumption of the order of the module's
 
 
@@ -40,7 +40,7 @@ def add_cameras(root: ET.Element, position: tuple[float, float], vision: bool) -
     flange = world.find(".//body[@name='gripper_base']")
     if vision and flange is not None:
         # A camera of MuJoCo's looks along its -z.
-        place = _text(np.array(WRIST))
+        place = _text(np.array(COLOUR_CAMERA))
         ET.SubElement(flange, "camera", name="wrist", pos=place, quat="0 1 0 0", fovy=repr(WRIST_FIELD))
 
 

@@ -42,7 +42,7 @@ _SPEED_ROUNDING = 1 + 1e-6
 _STALL_MARGIN = 0.95  # share of the gripper's own force at which it stalls
 _MAX_FORCE = 60.0  # N, what the gripper can press
 _GRIP_ACCELERATION = 0.3  # m/s^2 of the pads
-_GRIPPER_STIFFNESS, _GRIPPER_STIFFNESS_SD = 1.274e6, 2e4  # N/m, by `python -m sim.rigid_block`
+_GRIPPER_STIFFNESS, _GRIPPER_STIFFNESS_SD = 1.242e7, 2e5  # N/m, by `python -m sim.rigid_block`
 _ELBOW_UP = np.radians([0.0, 20.0, 180.0, -110.0, 0.0, -50.0, 90.0])
 
 

@@ -2,7 +2,15 @@
 
 from estimation.conclude import conclude
 from estimation.reestimation.again import Redone, Reestimate, reestimate
-from estimation.reestimation.description import Known, arm_named, describe, describe_bench, known_of
+from estimation.reestimation.description import (
+    Known,
+    arm_named,
+    describe,
+    describe_bench,
+    known_of,
+    mesh_of,
+    write_mesh,
+)
 
 __all__ = [
     "Known",
@@ -13,5 +21,7 @@ __all__ = [
     "describe",
     "describe_bench",
     "known_of",
+    "mesh_of",
     "reestimate",
+    "write_mesh",
 ]

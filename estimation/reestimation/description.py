@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import contextlib
 import dataclasses
 import math
 import re
@@ -15,7 +17,7 @@ from dynamics.arm import Arm
 from dynamics.errors import InvalidInput, PalpateError
 from dynamics.gripper import ParallelGripper, robotiq_2f85
 from dynamics.objects import DeclaredObject, read_declared
-from dynamics.tables import Table
+from dynamics.tables import Table, read_toml
 
 if TYPE_CHECKING:
     from estimation.belief import Belief
@@ -131,6 +133,9 @@ def _declared(config: Mapping[str, Any], object_file: str, notes: list[str]) -> 
     with tempfile.TemporaryDirectory(prefix="palpate-") as folder:
         path = Path(folder) / f"{config.get('object', 'object')}.toml".replace("/", "_")
         path.write_text(text, encoding="utf-8")
+        mesh = config.get("object_mesh")
+        if isinstance(mesh, Mapping):
+            write_mesh(path.parent, mesh)
         try:
             return read_declared(path)
         except PalpateError as error:
@@ -154,3 +159,28 @@ def _blank(config: Mapping[str, Any], reference: str, notes: list[str]) -> Belie
         notes.append(f"no belief: {error}")
         return None
     return Belief(network, parse_prior(str(config.get("prior") or ""), network, "recording: prior"))
+
+
+def mesh_of(object_file: Path) -> dict[str, Any]:
+    """Return what a configuration should keep of the mesh that an object file names, if it names one."""
+    declared = read_toml(object_file).get("declared")
+    name = declared.get("mesh") if isinstance(declared, Mapping) else None
+    if not isinstance(name, str):
+        return {}
+    try:
+        content = base64.b64encode((object_file.parent / name).read_bytes()).decode("ascii")
+    except OSError:  # who reads the object says so
+        return {}
+    return {"object_mesh": {"name": name, "content": content}}
+
+
+def write_mesh(folder: Path, mesh: Mapping[str, Any]) -> None:
+    """Write a kept mesh where the object file will look for it, but nowhere else."""
+    name, content = mesh.get("name"), mesh.get("content")
+    if not isinstance(name, str) or not isinstance(content, str):
+        return
+    path = (folder / name).resolve()
+    if folder.resolve() in path.parents:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with contextlib.suppress(ValueError):  # damaged: then the object file says what is missing
+            path.write_bytes(base64.b64decode(content, validate=True))

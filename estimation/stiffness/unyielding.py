@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 PRESSING = 5.0  # force over its noise that is contact
 FEW_STEPS = 2.5  # of the opening, within which no line through the readings tells a modulus
-ENDS = 5  # smallest and largest forces that tell how much it rose
+FEWEST, ENDS = 3, 5  # readings that press; smallest and largest forces of them that tell how much it rose, at most
 ONE_SIDED = 1.645  # standard deviations of a bound of 95 %
 
 
@@ -47,15 +47,16 @@ def hardly_gives(
         None for an object that gives more, that was hardly pressed, or without steps.
     """
     pressing = force > PRESSING * force_sd
-    if quantum == 0 or pressing.sum() < 2 * ENDS:
+    if quantum == 0 or pressing.sum() < FEWEST:
         return None
     order = np.argsort(force[pressing])
     opening, force, force_sd = opening[pressing][order], force[pressing][order], force_sd[pressing][order]
     give = float(np.ptp(opening))
     if give > steps * quantum:
         return None
-    rise = float(np.median(force[-ENDS:]) - np.median(force[:ENDS]))
-    sd = math.hypot(float(np.median(force_sd[-ENDS:])), float(np.median(force_sd[:ENDS])))
+    ends = min(ENDS, len(force) // 2)
+    rise = float(np.median(force[-ends:]) - np.median(force[:ends]))
+    sd = math.hypot(float(np.median(force_sd[-ends:])), float(np.median(force_sd[:ends])))
     most = float(geometry.law_of(np.array([(give + quantum) / geometry.width]))[0])
     common = math.hypot(noise.gain_sd, geometry.kappa_sd / geometry.kappa)
     bound = max(rise - ONE_SIDED * sd, 0.0) / geometry.area / most * math.exp(-ONE_SIDED * common)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from dynamics.kinematics import tool_down
 from estimation.network import Network
 from estimation.sensor import ClassSensor
+from models.robot import COLOUR_CAMERA, TOOL_LENGTH
 from selection.actions.action import Findings, Readings
 from selection.actions.hand import Hand
 from selection.eyes import Classifier
@@ -15,9 +16,8 @@ from selection.planner import ActionModel
 
 Array = NDArray[np.float64]
 
-# The colour camera in the tool frame: beside the flange towards +y, which is 0.12 m before the tool frame, looking
-# along +z (kortex_description, joint color_module of the vision module).
-CAMERA = np.array([0.0, 0.05639, -0.00305 - 0.12])
+CAMERA = np.array(COLOUR_CAMERA) - [0.0, 0.0, TOOL_LENGTH]  # in the tool frame [m]
+ASIDE = 0.06  # m of the object from the line of sight, away from the finger that stands in its middle
 DISTANCES = (0.30, 0.25, 0.35)  # m of the camera from the object's top, in order of preference
 TURNS = (0.0, np.pi, np.pi / 2, -np.pi / 2)  # rad of the tool from where it grasps
 LOOK = 0.5  # s of holding still
@@ -65,7 +65,7 @@ class Observe:
 
 
 def viewing_poses(hand: Hand) -> list[Array]:
-    """Return tool poses from which the camera looks straight down on the object, the preferred first."""
+    """Return tool poses from which the camera looks down on the object past the finger, the preferred first."""
     grasp = hand.grasp_pose
     yaw = float(np.arctan2(-grasp[0, 1], grasp[1, 1]))
     top = np.array([*hand.declared.position, hand.declared.size[2]])
@@ -73,6 +73,6 @@ def viewing_poses(hand: Hand) -> list[Array]:
     for distance in DISTANCES:
         for turn in TURNS:
             rotation = tool_down(np.zeros(3), yaw + turn)[:3, :3]
-            eye = top + np.array([0.0, 0.0, distance])
+            eye = top + np.array([0.0, 0.0, distance]) - ASIDE * rotation[:, 1]
             poses.append(tool_down(eye - rotation @ CAMERA, yaw + turn))
     return poses

@@ -167,6 +167,6 @@ def _force(hand: Hand, closing: Sequence[Sample], air: float) -> float:
 
 
 def _pull(hand: Hand, free: Sequence[Sample], slide: Sequence[Sample]) -> float:
-    """Return what the table held against at the end of a slide, roughly [N]."""
+    """Return what the table held against at the end of a slide, roughly [N]; < 0 for an object in the air."""
     rest = 10  # samples
-    return abs(9.81 * hand.rough_payload(free[-rest:], slide[-rest:]))
+    return -9.81 * hand.rough_payload(free[-rest:], slide[-rest:])

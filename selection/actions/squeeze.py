@@ -13,7 +13,8 @@ from selection.actions.action import Findings, Readings
 from selection.actions.hand import MAX_EFFORT, Hand
 from selection.planner import ActionModel
 
-LIFT = 0.012  # m above the table: the pads swing as they close and would press the object into it
+CLEARANCE = 0.006  # m that is left to the table when the object is squeezed most
+BULGE = 0.1  # of its height, by which an object that is squeezed grows downward at most: 0.45 MAX_STRAIN / 2
 STEP = 0.0015  # m of closing a step
 DWELL = 0.15  # s between steps
 TRAVEL = 0.03  # m of closing altogether: a stiff object gives little at a time and is squeezed more often
@@ -27,7 +28,7 @@ _LOOK = 0.3  # s of holding still to feel the weight
 _SLIPPERY = 0.4  # coefficient of friction that is counted on
 _SAFETY = 1.5  # on the grip force
 _MOST_FRICTION = 1.0  # coefficient that is counted on where friction does harm
-_LOST = 0.15, 0.5  # share of the weight, and N: a change of what is carried that tells of slipping
+_LOST = 0.15, 0.3  # share of the weight, and N: a change of what is carried that tells of slipping
 
 
 class Squeeze:
@@ -63,7 +64,7 @@ class Squeeze:
             hand.robot.hold(_LOOK)
         hand.grasp(self.name)
         closing = hand.closing
-        hand.lift(LIFT)
+        hand.lift(_lift(hand))
         hand.settle()
         with hand.tape.phase(self.name, "look") as laden:
             hand.robot.hold(_LOOK)
@@ -117,6 +118,13 @@ class Squeeze:
                 measurements = tuple(m for m in measurements if m is not width)
                 notes += (f"it was met {width.mean:.4f} m wide, not {size[edge]:.4f}: it does not spring back",)
         return Findings(measurements, notes)
+
+
+def _lift(hand: Hand) -> float:
+    """Return how high to hold the object: the pads swing down as they close, and the object bulges [m]."""
+    gripper = hand.robot.gripper
+    swing = gripper.pad_depth((1 - MAX_STRAIN) * hand.width) - gripper.pad_depth(hand.width)
+    return CLEARANCE + swing + BULGE * hand.declared.size[2]
 
 
 def _compress(hand: Hand) -> float:

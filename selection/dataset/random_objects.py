@@ -8,6 +8,8 @@ What is drawn again, for no grip could hold it or nothing could stand there:
 - what lies outside the ranges (the simulator's);
 - friction that does not carry the weight: ``2 mu F < 1.5 m g`` at the grip ``F = min(0.35 E A, 18 N)``, where A is
   the smaller of pad and V / L, 0.35 and 18 N the compression and the force at which a grasp counts as tight;
+- what the gripper hardly feels: less than 6 N, ten steps of its current, at a tight grasp of all its width,
+  ``0.35 E V / L``;
 - what sags by more than a tenth under its own weight, ``rho g h > 0.1 E``;
 - what is more than twice as tall as its shorter horizontal edge, or taller at all and round below, and would
   topple at a touch.
@@ -33,6 +35,7 @@ from selection.actions.hand import GRIP_EFFORT, GRIP_STRAIN
 
 GRAVITY = 9.81  # m/s^2
 HOLDING_SAFETY = 1.5
+LEAST_FELT = 6.0  # N
 MOST_SAG = 0.1  # compression by its own weight
 MOST_SLENDER = 2.0  # height over the shorter horizontal edge
 TRIES = 400  # draws of size and properties before a material is given up
@@ -268,11 +271,13 @@ def can_be_held(drawn: RandomObject, gripper: ParallelGripper) -> bool:
     """Tell whether a grip can hold an object, by the rule at the top of this file."""
     x, y, height = drawn.size
     grasped = min(x, y)
-    area = min(drawn.volume / grasped, gripper.pad_area)
-    force = min(GRIP_STRAIN * drawn.young_modulus * area, GRIP_EFFORT * gripper.force_per_ampere)
+    face = drawn.volume / grasped
+    tight = GRIP_STRAIN * drawn.young_modulus
+    force = min(tight * min(face, gripper.pad_area), GRIP_EFFORT * gripper.force_per_ampere)
     weight = GRAVITY * drawn.mass
     return (
         2 * drawn.friction * force >= HOLDING_SAFETY * weight
+        and tight * face >= LEAST_FELT
         and weight / (drawn.volume / height) <= MOST_SAG * drawn.young_modulus
         and height <= (1.0 if drawn.declared.shape in ROUND_BELOW else MOST_SLENDER) * grasped
     )

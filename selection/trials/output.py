@@ -16,23 +16,30 @@ FORMAT = "palpate-experiments/1"
 REFERENCES = ("thesis-3.1-erratum",)
 
 
-def write(outcome: Outcome, directory: Path, json: Path | None) -> None:
+def write(outcome: Outcome, directory: Path, json: Path | None, page: bool = True) -> None:
     """Write one CSV a table and a plot, the page of it all, and everything as JSON if a file is named.
+
+    Args:
+        outcome: what the studies came to.
+        directory: where tables and the page go.
+        json: the file; none if None.
+        page: whether to draw the page.
 
     Raises:
         CannotRecord: if a file cannot be written.
     """
     write_tables(directory, outcome.tables, outcome.curves)
-    facts = [*outcome.settings, *(("version of " + name, value) for name, value in versions().items())]
-    write_experiment_report(
-        directory,
-        outcome.tables,
-        outcome.curves,
-        title="The experiments",
-        lead=" ".join(outcome.found),
-        facts=facts,
-        references=REFERENCES,
-    )
+    if page:
+        facts = [*outcome.settings, *(("version of " + name, value) for name, value in versions().items())]
+        write_experiment_report(
+            directory,
+            outcome.tables,
+            outcome.curves,
+            title="The experiments",
+            lead=" ".join(outcome.found),
+            facts=facts,
+            references=REFERENCES,
+        )
     if json is not None:
         content = {
             "format": FORMAT,
@@ -46,11 +53,12 @@ def write(outcome: Outcome, directory: Path, json: Path | None) -> None:
         write_atomically(json, to_json(str(json), content, indent=1) + "\n")
 
 
-def say(outcome: Outcome, directory: Path, out: TextIO) -> None:
+def say(outcome: Outcome, directory: Path, out: TextIO, page: bool = True) -> None:
     """Print the tables, and where the files are."""
     for table in outcome.tables:
         out.write(_lines(table) + "\n\n")
-    out.write(f"the page: {directory / 'report.html'}; tables and curves as CSV beside it\n")
+    shown = f"the page: {directory / 'report.html'}; " if page else ""
+    out.write(f"{shown}tables and curves as CSV: {directory}\n")
 
 
 def _lines(table: ResultTable) -> str:

@@ -61,14 +61,15 @@ def login(monkeypatch):
 
 def explored(command, tmp_path, *options):
     """Explore in the simulation and through an emulator; return what either measured."""
+    options = ("--quiet", "--no-report", *options)
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
         try:
-            assert run.main(["--out", str(tmp_path / "sim"), "--quiet", *options]) == 0
+            assert run.main(["--out", str(tmp_path / "sim"), *options]) == 0
             tcp, udp = re.findall(r":(\d+)", server.stdout.readline())
             # The simulated cube deforms evenly over the pads' face.
             arm = ["--robot", "kortex", "--host", "127.0.0.1", "--port", tcp, "--udp-port", udp, "--yes"]
             arm += ["--load-spread", "face"]
-            assert run.main(["--out", str(tmp_path / "kortex"), "--quiet", *arm, *options]) == 0
+            assert run.main(["--out", str(tmp_path / "kortex"), *arm, *options]) == 0
         finally:
             server.send_signal(signal.SIGTERM)
             server.wait(5)
@@ -105,7 +106,7 @@ def exploring(emulator, directory, **options):
     """A run by the command line in a process of its own, once it moves the arm."""
     ports = ["--port", str(emulator.tcp_port), "--udp-port", str(emulator.udp_port)]
     command = [sys.executable, "-m", "selection.run", "--robot", "kortex", "--host", "127.0.0.1", *ports]
-    command += ["--yes", "--quiet", "--out", str(directory)]
+    command += ["--yes", "--quiet", "--no-report", "--out", str(directory)]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **options) as process:
         deadline = time.monotonic() + 30
         while not emulator.backend.state().arm_moving:

@@ -9,7 +9,7 @@ from dynamics.errors import PalpateError
 from estimation.belief import Belief
 from estimation.network import Network
 from estimation.observation import Observation
-from selection.eyes import Drawn, Noticed, Told, chosen_senses, drawn_senses, read_vision
+from selection.eyes import Drawn, Told, chosen_senses, drawn_senses, read_vision
 
 NETWORK = Network.from_file("household")
 SENSOR = NETWORK.sensor("observe")
@@ -30,13 +30,6 @@ def test_every_look_at_one_object_errs_alike():
     assert eyes["observe"].perceive().likelihoods == tuple(
         SENSOR.likelihoods(eyes["observe"].perceive().best).items()
     )
-
-
-def test_whoever_wants_to_know_is_told_of_every_look():
-    looks = []
-    told = Told(Observation.of("category", {"mug": 1.0}))
-    assert Noticed(told, lambda: looks.append("look")).perceive() == told.observation
-    assert looks == ["look"]
 
 
 def test_no_camera_no_looking():

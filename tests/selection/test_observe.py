@@ -3,6 +3,7 @@
 import dataclasses
 import json
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -37,7 +38,7 @@ def exploration(robot, actions, confidence=0.99):
 
 
 @pytest.mark.parametrize(("position", "yaw"), [((0.5, 0.0), 0.0), ((0.45, -0.25), 40.0)])
-def test_the_camera_looks_straight_at_the_object(position, yaw):
+def test_the_camera_sees_the_object(position, yaw):
     declared = dataclasses.replace(DECLARED, position=position, yaw=np.radians(yaw))
     robot = MujocoRobot(dataclasses.replace(TRUTH, declared=declared), SensorModel.none())
     hand = Hand(robot, declared, Tape(robot))
@@ -50,8 +51,20 @@ def test_the_camera_looks_straight_at_the_object(position, yaw):
     ray = bracelet.rotation @ [0.0, 0.0, -1.0]
     top = np.array([*position, DECLARED.size[2]])
     assert ray == pytest.approx([0, 0, -1], abs=1e-6)
-    assert (top - eye)[:2] == pytest.approx([0, 0], abs=1e-6)
+    assert np.degrees(np.arctan2(np.hypot(*(top - eye)[:2]), eye[2] - top[2])) < 15  # of a field of some 25
     assert 0.2 < eye[2] - top[2] < 0.4
+    # and nothing of arm and gripper stands before the corners of its top
+    hand.gate()
+    hand.go(q)
+    hand.settle()
+    c, s = np.cos(declared.yaw), np.sin(declared.yaw)
+    start = eye + 0.03 * ray  # outside of the vision module
+    for along, across in ((0.0, 0.0), (0.025, 0.025), (0.025, -0.025), (-0.025, 0.025), (-0.025, -0.025)):
+        corner = top + np.array([c * along - s * across, s * along + c * across, 0.0])
+        way = np.linalg.norm(corner - start)
+        hit = np.zeros(1, np.int32)
+        free = mujoco.mj_ray(robot._model, robot._data, start, (corner - start) / way, None, 1, -1, hit)
+        assert free < 0 or free > 0.95 * way, (along, across, free, way)
 
 
 def test_a_look_teaches_the_category_and_through_it_the_material():

@@ -11,6 +11,7 @@ from dynamics.objects import DeclaredObject
 from estimation.network import Network
 from estimation.recording import RunWriter, read_recording
 from estimation.reestimation import describe, known_of, reestimate
+from hw.emulator.kinematic import Block, KinematicRobot
 from models import objects
 from selection.actions import Rub
 from selection.actions.hand import Hand
@@ -21,6 +22,7 @@ from sim.bodies import object_pose
 from sim.robot import MujocoRobot
 from sim.sensors import SensorModel
 from sim.truth import read_truth
+from tests.hw.conftest import driving, serving
 from tests.selection.test_exploration import OnlyTheProtocol
 
 FILE = objects.FOLDER / "soft-cube.toml"
@@ -78,6 +80,19 @@ def test_what_leaves_no_way_to_slide_is_refused_before_anything_moves(shape, siz
     with pytest.raises(ActionFailed, match=f"unsuitable.*{why}"):
         Rub().perform(Hand(robot, declared, Tape(robot)))
     assert robot.read().time == start
+
+
+@pytest.mark.slow
+def test_the_arm_rubs_by_the_same_protocol_and_tells_an_object_that_goes_along():
+    # The light emulator has a block between its fingers and no table: it is carried, and resists nothing.
+    declared = DeclaredObject("block", "box", (0.05, 0.05, 0.056), 0.0005, (0.5, 0.0), 0.0)
+    block = KinematicRobot(block=Block(width=0.05, stiffness=5000.0, mass=0.2))
+    with serving(block) as emulator, driving(emulator) as robot:
+        hand = Hand(robot, declared, Tape(robot))
+        with pytest.raises(ActionFailed, match="pushed"):
+            Rub().perform(hand)
+        names = [phase.name for phase in hand.tape.take()]
+    assert [names.count(name) for name in ("idle", "air", "touch", "slide")] == [1] * 4
 
 
 @pytest.mark.slow

@@ -36,7 +36,7 @@ def thing(
     size = size or SIZES[shape]
     mesh = soap(size) if shape == "mesh" else None
     declared = DeclaredObject("block", shape, size, 0.0005, position, yaw, mesh=mesh)
-    return TrueObject(declared, size, mass, young, poisson, friction, 0.002, "foam", yield_strain)
+    return TrueObject(declared, size, mass, young, poisson, friction, 0.002, "foam", yield_strain=yield_strain)
 
 
 def soap(size, steps=6):

@@ -12,7 +12,7 @@ from sim.bench_scene import MAX_STRAIN, bench_mjcf, layout_of
 from sim.sensors import SensorModel
 from tests.sim.objects import CORNERS, EDGE, block, thing
 
-SLOW = 0.01  # m/s: the impact of the plates and the damping of the object matter little
+SLOW = 0.005  # m/s: the impact of the plates and the damping of the object matter little
 SKIN = (1 - 2e-4 / EDGE) ** 2  # the block's faces end at its vertices, 0.1 mm inside
 SMALL = 0.004  # what is left of the contact's give (1/300 of the object's a side), of inertia and damping
 

@@ -122,3 +122,38 @@ def test_whatever_a_file_holds_only_our_errors_come_out(tmp_path, changes):
         assert 0.002 <= truth.mass <= 1.2
         assert 4e3 <= truth.young_modulus <= 1e12
         assert all(math.isfinite(x) for x in (truth.poisson, truth.friction, truth.damping, truth.density))
+
+
+@pytest.mark.parametrize(
+    ("declared", "truth", "found"),
+    [
+        ("shape = 'sphere'\ndiameter_m = 0.06", "shape = 'box'", "shape"),
+        ("shape = 'sphere'\ndiameter_m = 0.06", "size_m = [0.06, 0.06, 0.06]", "unknown key size_m"),
+        ("shape = 'sphere'\ndiameter_m = 0.06", "diameter_m = 0.065", "standard deviations"),
+        ("shape = 'cylinder'\ndiameter_m = 0.06\nheight_m = 0.08", "height_m = 0.07", "standard deviations"),
+        ("size_m = [0.05, 0.06, 0.07]", "size_m = [0.06, 0.05, 0.07]", "standard deviations"),
+        ("size_m = [0.05, 0.06, 0.07]", "young_modulus_pa = 1e13", "<= 1e+12"),
+        ("size_m = [0.05, 0.06, 0.07]", "young_modulus_pa = 1e9\nyield_strain = 0.1", "yield_strain"),
+        ("size_m = [0.05, 0.06, 0.07]", "yield_strain = -0.1", ">= 0"),
+    ],
+)
+def test_truth_that_contradicts_what_is_declared_is_refused(tmp_path, declared, truth, found):
+    path = tmp_path / "thing.toml"
+    modulus = "" if "young" in truth else "young_modulus_pa = 5e4\n"
+    path.write_text(f"[declared]\n{declared}\n[truth]\nmass_kg = 0.1\n{modulus}{truth}\n")
+    with pytest.raises(InvalidInput) as refusal:
+        read_truth(path)
+    assert str(path) in str(refusal.value)
+    assert found in str(refusal.value)
+    assert len(str(refusal.value).splitlines()) == 1
+
+
+def test_true_lengths_of_a_shape_may_differ_a_little(tmp_path):
+    path = tmp_path / "thing.toml"
+    path.write_text(
+        "[declared]\nshape = 'sphere'\ndiameter_m = 0.06\n"
+        "[truth]\nmass_kg = 0.1\nyoung_modulus_pa = 5e4\ndiameter_m = 0.061\n"
+    )
+    truth = read_truth(path)
+    assert truth.size == (0.061,) * 3
+    assert truth.volume == pytest.approx(math.pi / 6 * 0.061**3)

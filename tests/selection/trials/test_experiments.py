@@ -12,6 +12,8 @@ import pytest
 
 from selection import experiments
 from selection.trials import studies
+from selection.trials.output import write
+from selection.trials.result_tables import LearningCurve, ResultTable
 
 
 @pytest.fixture(scope="module")
@@ -20,7 +22,7 @@ def outcome(tmp_path_factory: pytest.TempPathFactory) -> Path:
     patch = pytest.MonkeyPatch()
     patch.setattr("selection.trials.harder.MOST_AHEAD", 1)
     with patch.context():
-        arguments = ["virtual", "--repetitions", "4", "--objects", "8", "--workers", "1", "--quiet"]
+        arguments = ["virtual", "--repetitions", "4", "--objects", "8", "--workers", "1", "--quiet", "--no-page"]
         assert experiments.main([*arguments, "--out", str(folder), "--json", str(folder / "all.json")]) == 0
         first = (folder / "all.json").read_text()
         assert experiments.main([*arguments, "--out", str(folder), "--json", str(folder / "all.json")]) == 0
@@ -73,3 +75,21 @@ def test_default_repetitions() -> None:
     request = studies.Request(Path("x"))
     assert request.trials("virtual") == 400
     assert request.trials("simulation") == 20
+
+
+def test_the_page_and_the_json_of_an_outcome(tmp_path: Path) -> None:
+    table = ResultTable("t", "A table", "A note.", ("policy", "rate", "low", "high"), (("random", 0.5, 0.4, 0.6),))
+    curve = LearningCurve(
+        "f", "A plot", "random", "actions", "accuracy", (0.0, 1.0), (0.2, 0.5), (0.1, 0.4), (0.3, 0.6)
+    )
+    outcome = studies.Outcome((), (table,), (curve,), ("It was found.",), (("seed", "0"),))
+    write(outcome, tmp_path, tmp_path / "all.json")
+    assert "It was found." in (tmp_path / "report.html").read_text()
+    assert (tmp_path / "f.csv").read_text().splitlines()[1] == "random,0.0,0.2,0.1,0.3"
+    assert json.loads((tmp_path / "all.json").read_text())["curves"][0]["y"] == [0.2, 0.5]
+
+
+def test_outcomes_add_up() -> None:
+    one, other = studies.Outcome(found=("a",)), studies.Outcome(found=("b",), settings=(("seed", "1"),))
+    assert (one + other).found == ("a", "b")
+    assert (one + other).settings == (("seed", "1"),)
