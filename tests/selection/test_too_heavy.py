@@ -19,7 +19,7 @@ from sim.truth import read_truth
 CUBE = read_truth(objects.locate("soft-cube"))
 
 
-@pytest.mark.parametrize("fidelity", ["uniform", "indentation"])
+@pytest.mark.parametrize("fidelity", ["uniform", pytest.param("indentation", marks=pytest.mark.slow)])
 def test_a_kilogram_of_sponge_is_refused_by_name(fidelity):
     # 5 kPa bears 5.5 N at the strain of a grasp: 9 N by friction of 0.8, and the cube weighs 9.8 N.
     sponge = dataclasses.replace(CUBE, young_modulus=5e3, mass=1.0)
