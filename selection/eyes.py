@@ -34,31 +34,6 @@ Senses = Mapping[str, Classifier]
 
 
 @dataclass(frozen=True)
-class Drawn:
-    """A simulated classifier: its outcome is drawn from the confusion matrix, given the true class.
-
-    The error of a classifier is common to all its looks at one object, so every look has the same outcome. An
-    object of no listed class is called what the classifier says on average.
-
-    Attributes:
-        sensor: the confusion matrix.
-        truth: the true class, or anything else for none of the listed ones.
-        seed: of the draw.
-    """
-
-    sensor: ClassSensor
-    truth: str
-    seed: tuple[int, ...]
-
-    def perceive(self) -> Observation:
-        """Return the drawn outcome as likelihoods."""
-        known, matrix = self.sensor.classes, self.sensor.matrix
-        column = matrix[:, known.index(self.truth)] if self.truth in known else matrix.mean(axis=1)
-        outcome = int(np.random.default_rng(self.seed).choice(len(column), p=column / column.sum()))
-        return Observation.of(self.sensor.variable, self.sensor.likelihoods(self.sensor.outcomes[outcome]))
-
-
-@dataclass(frozen=True)
 class Told:
     """A classifier that has been asked already.
 
@@ -73,6 +48,24 @@ class Told:
         return self.observation
 
 
+def drawn(sensor: ClassSensor, truth: str, seed: tuple[int, ...]) -> Told:
+    """Return a simulated classifier: its outcome is drawn from the confusion matrix, given the true class.
+
+    The error of a classifier is common to all its looks at one object, so it is drawn once and every look has the
+    same outcome; nothing but that is kept of the truth. An object of no listed class is called what the
+    classifier says on average.
+
+    Args:
+        sensor: the confusion matrix.
+        truth: the true class, or anything else for none of the listed ones.
+        seed: of the draw.
+    """
+    known, matrix = sensor.classes, sensor.matrix
+    column = matrix[:, known.index(truth)] if truth in known else matrix.mean(axis=1)
+    outcome = int(np.random.default_rng(seed).choice(len(column), p=column / column.sum()))
+    return Told(Observation.of(sensor.variable, sensor.likelihoods(sensor.outcomes[outcome])))
+
+
 def drawn_senses(network: Network, truth: Mapping[str, str], seed: int) -> dict[str, Classifier]:
     """Return simulated classifiers, one for every classifier of a reference.
 
@@ -82,7 +75,7 @@ def drawn_senses(network: Network, truth: Mapping[str, str], seed: int) -> dict[
         seed: of all draws.
     """
     return {
-        name: Drawn(sensor, truth.get(sensor.variable, UNKNOWN), (seed, zlib.crc32(name.encode())))
+        name: drawn(sensor, truth.get(sensor.variable, UNKNOWN), (seed, zlib.crc32(name.encode())))
         for name, sensor in network.sensors
         if isinstance(sensor, ClassSensor)
     }

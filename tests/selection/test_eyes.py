@@ -9,7 +9,7 @@ from dynamics.errors import PalpateError
 from estimation.belief import Belief
 from estimation.network import Network
 from estimation.observation import Observation
-from selection.eyes import Drawn, Told, chosen_senses, drawn_senses, read_vision
+from selection.eyes import Told, chosen_senses, drawn, drawn_senses, read_vision
 
 NETWORK = Network.from_file("household")
 SENSOR = NETWORK.sensor("observe")
@@ -17,10 +17,10 @@ SENSOR = NETWORK.sensor("observe")
 
 @pytest.mark.parametrize("truth", ["mug", "of no listed class"])
 def test_outcomes_follow_the_confusion_matrix(truth):
-    drawn = [Drawn(SENSOR, truth, (seed, 5)).perceive().best for seed in range(2000)]
+    said = [drawn(SENSOR, truth, (seed, 5)).perceive().best for seed in range(2000)]
     column = SENSOR.matrix[:, 0] if truth == "mug" else SENSOR.matrix.mean(axis=1)
     for outcome, p in zip(SENSOR.outcomes, column, strict=True):
-        assert drawn.count(outcome) / 2000 == pytest.approx(p, abs=4.5 * np.sqrt(p * (1 - p) / 2000))
+        assert said.count(outcome) / 2000 == pytest.approx(p, abs=4.5 * np.sqrt(p * (1 - p) / 2000))
 
 
 def test_every_look_at_one_object_errs_alike():
