@@ -45,6 +45,7 @@ class Cell:
     mass: float
     noise: str
     seed: int
+    actions: tuple[str, ...] = tuple(action.name for action in ACTIONS)
 
     @property
     def key(self) -> str:
@@ -153,7 +154,7 @@ def explore(cell: Cell) -> dict:
         None,
         Settings(price=0.0, confidence=1.0),
         Silent(),
-        tuple(OnlyOnce(action) for action in ACTIONS),
+        tuple(OnlyOnce(action) for action in ACTIONS if action.name in cell.actions),
     )
     exploration.explore()
     measured = {m.property: (m.mean, m.sd) for step in exploration.steps for m in step.measurements}
