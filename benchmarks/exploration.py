@@ -59,12 +59,9 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--workers", type=int, default=1, help="processes; 0 for one a core")
     parser.add_argument("--keep", type=Path, metavar="FILE")
     given = parser.parse_args(arguments)
-    cells = [
-        Cell(modulus, mass, given.noise, given.seed)
-        for modulus in MODULI
-        for mass in MASSES
-        if can_be_held(base_object(modulus, mass))
-    ]
+    held = [(e, m) for e in MODULI for m in MASSES if can_be_held(base_object(e, m))]
+    # Every cube meets another start of the sensors: with one for all, its gain would be in every cell alike.
+    cells = [Cell(*cube, given.noise, len(held) * given.seed + number) for number, cube in enumerate(held)]
     done = json.loads(given.keep.read_text()) if given.keep is not None and given.keep.exists() else {}
     missing = [cell for cell in cells if cell.key not in done]
     for number, row in in_parallel(explore, missing, given.workers):

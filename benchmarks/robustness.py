@@ -8,7 +8,8 @@ again, so a long study can be made piece by piece with a growing ``--objects``.
 Counted: explorations that crashed (any error that is not the project's own), those that physics warned of, objects
 that were dropped by an action that said all was well, and actions that failed, by reason. An object counts as
 dropped if it leaves the hand by more than 20 mm while it is lifted, comes down before the hand does, or is off the
-table in the end. Displaced, which is told besides, is what rolled or slid by more than 15 mm when it was let go.
+table in the end. Told besides: displaced, what rolled or slid by more than 15 mm when it was let go; and declined,
+actions that were not done because the object is not one for them (such as rubbing what has no upright sides).
 """
 
 from __future__ import annotations
@@ -28,7 +29,9 @@ from selection.dataset.progress import show_progress
 from sim.bodies import object_pose
 
 LIFTED, LEFT_HAND, ASIDE, OFF_TABLE = 0.008, 0.020, 0.015, 0.05  # m
-DOWN, SLID = 0.003, 0.005  # m over where it stood, and what it may have slid in the hand, when it is put back
+# m over where it stood, and what it may hang lower in the hand, for pads swing down as they close, when put back
+DOWN, SLID = 0.003, 0.008
+UNSUITABLE = ("unsuitable", "too heavy", "unreachable")  # reasons not to begin with an action
 LOOK_EVERY = 5  # samples
 INSPECTION = "inspection.json"
 SHARE = 0.99  # of the actions that must succeed
@@ -101,7 +104,7 @@ def work(job: Job) -> Outcome:
 def summary(dataset: Dataset, count: int) -> dict[str, object]:
     """Return the counts over what is complete of the first objects."""
     known = {error.__name__ for error in _errors(PalpateError)}
-    crashes, warnings, refused, silent, displaced, reasons = [], [], [], [], [], Counter()
+    crashes, warnings, refused, silent, displaced, declined, reasons = [], [], [], [], [], [], Counter()
     actions: Counter[str] = Counter()
     failed: Counter[str] = Counter()
     failures, complete = [], 0
@@ -121,10 +124,12 @@ def summary(dataset: Dataset, count: int) -> dict[str, object]:
         result = json.loads((folder / RESULT).read_text())
         seen = json.loads((folder / INSPECTION).read_text())
         for action, looked in zip(result["actions"], seen, strict=True):
-            name = action["action"]
+            name, note = action["action"], "; ".join(action["notes"])
+            if not action["ok"] and note.startswith(UNSUITABLE) and looked["lifted_m"] < LIFTED:
+                declined.append(f"{index}: {name}: {note}")
+                continue
             actions[name] += 1
             if not action["ok"]:
-                note = "; ".join(action["notes"])
                 failed[name] += 1
                 reasons[f"{name}: {note.split(':')[0]}"] += 1
                 failures.append(f"{index}: {name}: {note}")
@@ -143,6 +148,7 @@ def summary(dataset: Dataset, count: int) -> dict[str, object]:
         "refused": len(refused),
         "unreported_drops": len(silent),
         "displaced": len(displaced),
+        "declined": len(declined),
         "actions": total,
         "succeeded_share": (total - bad) / total if total else None,
         "by_action": {name: {"done": actions[name], "failed": failed[name]} for name in sorted(actions)},
@@ -156,6 +162,7 @@ def summary(dataset: Dataset, count: int) -> dict[str, object]:
             "refused": refused,
             "unreported": silent,
             "displaced": displaced,
+            "declined": declined,
             "failures": failures,
         },
     }

@@ -29,14 +29,10 @@ from estimation.squeezing import air_current
 Array = NDArray[np.float64]
 
 SLIDING_SHARE = 0.5  # of the time of a slide, its end: before, the object is sheared and does not slide yet
-LIMIT = 65.0  # percentile of the force in a slide: a little over the median, for pads stick now and then
 CAUGHT = 1.2  # ratio to the force at the end above which the pads had caught on something rather than slid
 SMOOTH, SMOOTH_AIR = 3, 7  # samples of a running mean of the torques, with contact and without
-GROWN = 1.15  # ratio of the forces after and before a slide above which the later one is the force that slid
-SLIDE_SD = 0.08  # relative; scatter of one slide, from the simulation: stick and slip, and what F does meanwhile
-PINCH_SD = (
-    0.05  # relative, common to all slides: where in the stick-slip the limit is, forces off the sides' plane
-)
+SLIDE_SD = 0.12  # relative; scatter of one slide, from the simulation: stick and slip, and what F does meanwhile
+PINCH_SD = 0.06  # relative, common to all slides: where in stick and slip the limit is, how pads lie on sides
 NEVER_SLID = 1.8  # ratio of the force at the end over that in the middle of the way; 2 where nothing slides
 NEAR = 5  # samples of a closing that tell the force at its start or end
 FELT = 0.5  # N; smaller forces cannot be told from the gripper's own friction
@@ -47,7 +43,7 @@ class Slide:
     """One slide of the pads along the object's sides.
 
     Attributes:
-        tangential: at the limit of friction, on both pads together [N].
+        tangential: while it slid, on both pads together [N].
         middle, end: tangential force half way and at the end [N].
         before, after: force of a pad when it began and when it was over [N].
         force_sd: of the force, by the scatter of the readings [N].
@@ -62,8 +58,8 @@ class Slide:
 
     @property
     def force(self) -> float:
-        """Force of a pad while it slid [N]."""
-        return self.after if self.after > GROWN * self.before else (self.before + self.after) / 2
+        """Force of a pad while it slid, in the middle of the time that counts [N]."""
+        return self.before + (1 - SLIDING_SHARE / 2) * (self.after - self.before)
 
     @property
     def coefficient(self) -> float:
@@ -137,7 +133,7 @@ def find_slides(arm: Arm, gripper: ParallelGripper, phases: Sequence[Phase]) -> 
         end = float(np.median(pull[round(0.8 * count) :]))
         found.append(
             Slide(
-                tangential=min(float(np.percentile(sliding, LIMIT)), CAUGHT * end),
+                tangential=min(float(np.median(sliding)), CAUGHT * end),
                 middle=float(np.median(pull[round(0.4 * count) : round(0.6 * count)])),
                 end=end,
                 before=first[1],

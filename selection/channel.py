@@ -204,7 +204,10 @@ def _value_channel(found: Predictive, component: np.ndarray, sensor: Sensor, per
 
 
 def _column_entropy(columns: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    return np.asarray(-(weights @ (columns * np.log(np.maximum(columns, 1e-300)))))
+    terms = np.maximum(columns, 1e-300)
+    np.log(terms, out=terms)
+    terms *= columns
+    return np.asarray(-(weights @ terms))
 
 
 def _normal(z: np.ndarray, mean: np.ndarray, sd: np.ndarray) -> np.ndarray:

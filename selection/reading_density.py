@@ -59,8 +59,13 @@ def reading_columns(
         low, high = _needed(mean, width, z, holds, sd, relative_sd, log)
         columns[~whole] = _integrals(mean, width, z[~whole], (low, high), sd, relative_sd, log)
     if not none.all():
-        series = _series(mean, width, z[~none], noise[~none], sd, relative_sd, log)
-        columns[~none] = np.where(holds[~none], series, columns[~none]) if not whole.all() else series
+        rows = np.flatnonzero(~none)
+        series = _series(mean, width, z[rows], noise[rows], sd, relative_sd, log)
+        pure = whole[rows]
+        columns[rows[pure]] = series[pure]
+        if not pure.all():
+            mixed = rows[~pure]
+            columns[mixed] = np.where(holds[mixed], series[~pure], columns[mixed])
     return columns
 
 
@@ -153,17 +158,22 @@ def _series(
     spread = np.hypot(sd, relative_sd * value)
     moment = np.exp(-0.5 * ((z[:, None] - value) / spread) ** 2) / spread
     moment *= noise[:, None] * (_LOCAL[1] - _LOCAL[0]) / (2 * math.pi)
-    scaled = (centre[:, None] - mean) / width
-    slope = scaled / -width
+    slope = centre[:, None] - mean
+    slope /= width
+    derivative = slope * slope
+    derivative *= -0.5
+    np.exp(derivative, out=derivative)
+    derivative /= width
+    slope /= -width
     curve = 1 / width**2
-    before, derivative = np.zeros_like(scaled), np.exp(-0.5 * scaled * scaled) / width
+    before, following, term = np.zeros_like(slope), np.empty_like(slope), np.empty_like(slope)
     total = moment.sum(axis=1)[:, None] * derivative
     for order in range(1, _ORDER + 1):
         moment *= offset / order
-        following = slope * derivative
+        np.multiply(slope, derivative, out=following)
         if order > 1:
             before *= (order - 1) * curve
             following -= before
-        before, derivative = derivative, following
-        total += moment.sum(axis=1)[:, None] * derivative
+        before, derivative, following = derivative, following, before
+        total += np.multiply(moment.sum(axis=1)[:, None], derivative, out=term)
     return np.asarray(total)

@@ -366,7 +366,7 @@ def _solve(hessian: Array, gradient: Array, free: NDArray[np.bool_], damping: fl
 
 
 def _invert(hessian: Array, free: NDArray[np.bool_]) -> Array | None:
-    """Return the covariance of the free parameters within all, or None where it is not positive definite."""
+    """Return the covariance of the free parameters within all, or None where it is not positive and finite."""
     at = np.flatnonzero(free)
     h = hessian[np.ix_(at, at)]
     size = np.sqrt(np.maximum(np.diag(h), 1e-300))
@@ -377,5 +377,9 @@ def _invert(hessian: Array, free: NDArray[np.bool_]) -> Array | None:
     except np.linalg.LinAlgError:
         return None
     covariance = np.zeros_like(hessian)
-    covariance[np.ix_(at, at)] = inverse / np.outer(size, size)
+    with np.errstate(over="ignore", invalid="ignore"):
+        known = inverse / np.outer(size, size)
+    if not np.all(np.isfinite(known)):
+        return None
+    covariance[np.ix_(at, at)] = known
     return covariance

@@ -9,7 +9,7 @@ from typing import Any
 
 from estimation.observation import Observation
 from selection.reporting.document import Figure
-from selection.reporting.drawing import SMALL, Sheet, bare, drawing, only_horizontal_grid
+from selection.reporting.drawing import SIZE, SMALL, Sheet, bare, drawing, only_horizontal_grid
 from selection.reporting.palette import LIGHT
 from selection.reporting.story import Score
 from selection.reporting.text import bits, listed, name_of, number, percent, seconds, signed
@@ -108,7 +108,7 @@ def change(
         axes.set_xlim(0, 1)
         axes.set_ylim(len(rows), 0)
         for i, (word, old, new, colour) in enumerate(rows):
-            axes.text(-0.04, i + 0.5, name_of(word, 19), ha="right", va="center", color=INK)
+            _label(axes, i, word)
             axes.barh(i + 0.5, new, 0.46, color=colour)
             axes.barh(i + 0.5, old, 0.74, facecolor="none", edgecolor=SOFT, linewidth=0.9)
             said = percent(new) if percent(old) == percent(new) else f"{percent(old)} → {percent(new)}"
@@ -137,7 +137,7 @@ def perceived(name: str, seen: Observation, shades: Mapping[str, str]) -> Figure
         axes.set_xlim(0, 1)
         axes.set_ylim(len(order), 0)
         for i, (word, value) in enumerate(order):
-            axes.text(-0.03, i + 0.5, name_of(word, 19), ha="right", va="center", color=INK)
+            _label(axes, i, word)
             axes.barh(i + 0.5, value / best, 0.46, color=shades.get(word, MUTED))
             axes.text(1.03, i + 0.5, number(value / best, 2), va="center", color=SOFT, size=SMALL)
         axes.axvline(0.0, color=SOFT, linewidth=0.8)
@@ -151,6 +151,13 @@ def perceived(name: str, seen: Observation, shades: Mapping[str, str]) -> Figure
             f"How well it fits each {name_of(seen.variable)}, whatever was believed before.",
             f"Relative likelihoods of the {seen.variable}: {listed(words)}.",
         )
+
+
+def _label(axes: Any, row: int, word: str) -> None:
+    """Name a row to the left of its bar, in smaller letters if it is long."""
+    name = name_of(word, 19)
+    size = SMALL if len(name) > 16 else SIZE
+    axes.text(-0.035, row + 0.5, name, ha="right", va="center", color=INK, size=size)
 
 
 def course(

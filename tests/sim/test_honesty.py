@@ -88,6 +88,55 @@ def test_nothing_is_public_but_the_protocol_and_pictures(robot):
     assert asks <= shows
 
 
+def test_descriptions_and_first_sample_do_not_depend_on_the_object():
+    one, other = (MujocoRobot(truth, SensorModel(), seed=0) for truth in (block(5e3, 0.004), block(1e6, 1.0)))
+    assert one.gripper == other.gripper
+    q = one.read().q
+    np.testing.assert_array_equal(one.arm.gravity(q), other.arm.gravity(q))
+    np.testing.assert_array_equal(one.arm.mass_matrix(q), other.arm.mass_matrix(q))
+    assert len(one.arm.geometry.geometryObjects) == len(other.arm.geometry.geometryObjects)
+    # Nothing has touched the object yet, so nothing that is read may tell of it.
+    for robot in (one, other):
+        robot.hold(0.1)
+    for a, b in zip(dataclasses.astuple(one.read()), dataclasses.astuple(other.read()), strict=True):
+        np.testing.assert_allclose(a, b, rtol=0, atol=1e-12)  # one solver for all of it: rounding may differ
+
+
+def test_samples_are_copies(robot):
+    before = robot.read()
+    kept = before.q.copy()
+    before.q[:] = 0.0  # a listener may scribble on what it got; the robot does not care
+    robot.hold(0.05)
+    assert np.abs(robot.read().q - kept).max() < 1e-3
+
+
+def test_declared_part_holds_nothing_of_the_truth(tmp_path):
+    for name in objects.names():
+        path = objects.locate(name)
+        truth = read_truth(path)
+        declared = dataclasses.asdict(read_declared(path))
+        assert set(declared) == {"name", "shape", "size", "size_sd", "position", "yaw", "source", "mesh"}
+        text = path.read_text(encoding="utf-8")
+        blind = tmp_path / path.name
+        for mesh in path.parent.glob("*.stl"):
+            shutil.copy(mesh, tmp_path)
+        blind.write_text(text.split("[truth]")[0], encoding="utf-8")
+        assert dataclasses.replace(read_declared(blind), source=str(path)) == read_declared(path) == truth.declared
+
+
+def imported(path):
+    """Return the modules that a file imports anywhere in it, also by name."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield node.module or ""
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.startswith("sim."):
+            yield node.value
+
+
 def sources():
     for package in (estimation, selection):
         for folder in package.__path__:

@@ -14,11 +14,14 @@ from estimation.belief import Belief
 from estimation.measurement import Measurement
 from estimation.mixture import Mixture
 from estimation.network import Network
+from estimation.pinching import Slide
+from selection.reporting.analysis import Pinching
 from selection.reporting.belief_figures import change, gains
 from selection.reporting.density_figures import _classes
 from selection.reporting.drawing import Sheet, drawing
 from selection.reporting.palette import DARK, LIGHT, SERIES, colours
 from selection.reporting.reading_curve import reading_density
+from selection.reporting.signal_figures import slides
 from selection.reporting.story import Score
 from selection.reporting.text import clean, interval, number, percent, quantity, seconds, slug
 
@@ -198,3 +201,10 @@ def test_density_of_a_reading_against_a_plain_sum(spread, sd):
     plain = 0.4 * np.exp(-0.5 * ((z[:, None] - x) / sd) ** 2).mean(axis=1) / (sd * math.sqrt(2 * math.pi))
     found = reading_density(part, z, sd)
     assert found == pytest.approx(plain, rel=0.01, abs=1e-3 * float(plain.max()))
+
+
+def test_slides_of_a_rub_lie_on_the_line_of_their_friction():
+    found = tuple(Slide(2 * 0.5 * force, 0.0, 0.0, force, force, 0.1) for force in (4.0, 8.0))
+    figure = slides("rub", Pinching(found, 0.5, 0.03))
+    assert "4.00 N at 4.00 N and 8.00 N at 8.00 N" in figure.alt
+    assert "μ = 0.500 ± 0.030" in figure.inline.replace("\u00a0", " ")

@@ -14,6 +14,7 @@ import pytest
 
 from dynamics.signals import Sample
 from estimation.measurement import Measurement
+from estimation.observation import Observation
 from estimation.recording import RunWriter, read_recording
 from selection.report import main
 from selection.reporting import write_run_report
@@ -227,6 +228,39 @@ def test_what_an_old_run_did_not_record_is_left_out(tmp_path):
     page = checked(write_run_report(tmp_path / "old"))
     assert "Poke" in page.text
     assert "without a recorded reason" in page.text
+
+
+@pytest.mark.parametrize(
+    ("concluded", "truth", "said"),
+    [
+        ("foam", "foam", "is indeed made of it"),
+        ("foam", "wood", "is of wood: the conclusion is wrong"),
+        ("foam", "clay", "is of clay, which the reference does not list."),
+        ("foam", "unknown", "is of no listed material: the conclusion is wrong"),
+        ("unknown", "clay", "which the reference does not list: that is right"),
+        ("unknown", "unknown", "Indeed it is none of them"),
+        ("unknown", "foam", "is of foam: the conclusion is wrong"),
+    ],
+)
+def test_the_conclusion_is_compared_with_the_truth(tmp_path, concluded, truth, said):
+    belief = dict.fromkeys(("foam", "wood", "unknown"), 0.1) | {concluded: 0.8}
+    with RunWriter.create(tmp_path / "run", {}, "thing") as run:
+        run.belief(0.0, {"belief": {"material": belief}})
+        run.finish({"belief": {"material": belief}, "truth": {"material": truth}, "stopped_because": "confident"})
+    assert said in checked(write_run_report(tmp_path / "run")).text
+
+
+def test_what_was_perceived_is_told_and_drawn(tmp_path):
+    with RunWriter.create(tmp_path / "run", {}, "thing") as run:
+        run.belief(0.0, {"belief": {"material": {"foam": 0.5, "wood": 0.5}}})
+        run.decision(0.0, {"target": "material", "choice": "observe", "actions": {}})
+        run.sample(sample(0.5))
+        run.observation(1.0, "observe", Observation.of("material", {"foam": 0.6, "wood": 0.2, "<b>": 0.0}))
+        run.belief(1.0, {"belief": {"material": {"foam": 0.75, "wood": 0.25}}})
+    page = checked(write_run_report(tmp_path / "run"))
+    assert "It seemed most like the material foam after 1.0 s. That told 0.19 bit" in page.text
+    labels = [a["aria-label"] for tag, a in page.attributes if tag == "svg"]
+    assert any("foam 1.0, wood 0.33 and <b> 0." in label for label in labels)
 
 
 def test_a_belief_that_cannot_be_made_again_is_not_drawn(default_run, tmp_path):
