@@ -9,7 +9,7 @@ import numpy as np
 Z95 = 1.959963984540054
 """Half width of a 95 % interval in standard errors."""
 _BINS = 10
-_RESAMPLES = 200
+_RESAMPLES = 60
 
 
 def wilson(successes: int, trials: int) -> tuple[float, float]:
