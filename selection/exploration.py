@@ -18,7 +18,7 @@ from estimation.network import Network
 from estimation.observation import Observation
 from estimation.recording import Observed, Recorded, Recording, RunWriter
 from estimation.size import SizeEstimate
-from selection.actions import ACTIONS, Action, Readings
+from selection.actions import ACTIONS, Action, Demanding, Readings
 from selection.actions.hand import Hand
 from selection.lookahead import decide
 from selection.planner import ALL_FAILED, ActionModel, Decision, PlanState, StopRules, plan
@@ -127,8 +127,8 @@ class Exploration:
         self._run: RunWriter | None = None
         self._tape = Tape(robot)
         self._hand = Hand(robot, declared, self._tape)
-        self._actions = {action.name: action for action in actions}
-        found = {action.name: action.model(network) for action in actions}
+        self._actions = {action.name: action for action in actions if self._can_be_done(action)}
+        found = {name: action.model(network) for name, action in self._actions.items()}
         self._models: dict[str, ActionModel] = {name: model for name, model in found.items() if model is not None}
         if not self._models:
             raise InvalidInput(
@@ -261,6 +261,16 @@ class Exploration:
         self._tape.take()
         self.belief = self._believed()
         return Step(decision, action.name, measurements, notes, seconds, ok, self.belief, observations)
+
+    def _can_be_done(self, action: Action) -> bool:
+        """Tell whether what is declared of the object allows an action at all."""
+        if isinstance(action, Demanding):
+            try:
+                action.check(self._hand)
+            except ActionFailed as error:
+                log.info("no %s: %s", action.name, error)
+                return False
+        return True
 
     def _recover(self) -> None:
         """Let go and rise; if even that is refused, the exploration ends here with the arm standing still."""

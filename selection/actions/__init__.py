@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from selection.actions.action import Action, Findings, Readings
+from selection.actions.action import Action, Demanding, Findings, Readings
 from selection.actions.observe import Observe
 from selection.actions.rub import Rub
 from selection.actions.sound import Sound
@@ -28,6 +28,7 @@ __all__ = [
     "ACTIONS",
     "PERCEIVING",
     "Action",
+    "Demanding",
     "Findings",
     "Observe",
     "Readings",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from dynamics.robot import Robot
 from dynamics.shapes import Shape
@@ -66,4 +66,17 @@ class Action(Protocol):
 
     def measure(self, readings: Readings) -> Findings:
         """Turn the phases into measurements, by the one function of `estimation` for this kind of action."""
+        ...
+
+
+@runtime_checkable
+class Demanding(Protocol):
+    """An action that not every object allows."""
+
+    def check(self, hand: Hand) -> None:
+        """Refuse an object by what is declared of it, before anything moves.
+
+        Raises:
+            ActionFailed: if the action cannot be done on it.
+        """
         ...

@@ -55,6 +55,10 @@ class Rub:
         sensor = dict(network.sensors).get("rub", self.sensor)
         return ActionModel(self.name, (sensor,), self.seconds, "grasp", self.setup_seconds, repeat_cap=1)
 
+    def check(self, hand: Hand) -> None:
+        """Refuse an object whose sides are not upright or leave no way to slide."""
+        _stroke(hand)
+
     def perform(self, hand: Hand) -> None:
         """Rub the object; leaves phases ``idle``, ``air``, and ``press``, ``slide``, ``press`` for every slide.
 

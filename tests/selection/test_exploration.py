@@ -93,6 +93,28 @@ def test_a_failed_action_is_reported_and_the_run_goes_on():
     assert (second.action, second.ok) == ("squeeze", True)
 
 
+class Notes(Silent):
+    """Keeps what was decided."""
+
+    def __init__(self):
+        self.decisions = []
+
+    def decides(self, decision):
+        self.decisions.append(decision)
+
+
+@pytest.mark.parametrize(
+    ("height", "offered"), [(0.056, ["weigh", "squeeze", "rub"]), (0.04, ["weigh", "squeeze"])]
+)
+def test_what_the_object_does_not_allow_is_not_offered(height, offered):
+    # On a flat object the pads have no way to slide.
+    declared = dataclasses.replace(DECLARED, size=(0.056, 0.056, height))
+    robot, notes = MujocoRobot(dataclasses.replace(TRUTH, declared=declared)), Notes()
+    Exploration(robot, declared, NETWORK, None, Settings(budget=0.0), notes).step()
+    offered = [score.name for score in notes.decisions[0].scores]
+    assert offered == ["weigh", "squeeze", "rub"][: 2 + rubbed]
+
+
 def test_what_cannot_be_held_is_reported_as_dropped():
     # 1 kg at 10 kPa and friction 0.2: the grip that the object allows carries less than half its weight.
     slippery = dataclasses.replace(TRUTH, mass=1.0, young_modulus=10e3, friction=0.2)
