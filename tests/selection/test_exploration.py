@@ -103,10 +103,8 @@ class Notes(Silent):
         self.decisions.append(decision)
 
 
-@pytest.mark.parametrize(
-    ("height", "offered"), [(0.056, ["weigh", "squeeze", "rub"]), (0.04, ["weigh", "squeeze"])]
-)
-def test_what_the_object_does_not_allow_is_not_offered(height, offered):
+@pytest.mark.parametrize(("height", "rubbed"), [(0.056, True), (0.04, False)])
+def test_what_the_object_does_not_allow_is_not_offered(height, rubbed):
     # On a flat object the pads have no way to slide.
     declared = dataclasses.replace(DECLARED, size=(0.056, 0.056, height))
     robot, notes = MujocoRobot(dataclasses.replace(TRUTH, declared=declared)), Notes()
