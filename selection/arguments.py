@@ -7,10 +7,11 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
+from selection.command_line import WRONG_INPUT
+
 if TYPE_CHECKING:
     from selection.robots import RobotRequest
 
-WRONG_INPUT = 2
 DEFAULT_OBJECT = "soft-cube"
 DEFAULT_REFERENCE = "soft-cubes"
 
@@ -32,7 +33,7 @@ def parser() -> argparse.ArgumentParser:
         metavar="uniform|NAME=P,...",
         help="probabilities of materials beforehand; what is not named shares the rest",
     )
-    made.add_argument("--seed", type=_seed, default=0, metavar="N", help="of everything random in the simulation")
+    made.add_argument("--seed", type=seed, default=0, metavar="N", help="of everything random in the simulation")
     made.add_argument("--out", type=Path, metavar="DIR", help="run directory (default: runs/<time>-<object>)")
     made.add_argument(
         "--noise", default="default", metavar="default|none|FILE", help="errors of the simulated sensors"
@@ -175,7 +176,8 @@ def _probability(text: str) -> float:
     return value
 
 
-def _seed(text: str) -> int:
+def seed(text: str) -> int:
+    """Read the seed of everything random off an argument."""
     if not text.isascii() or not text.isdigit() or len(text) > 18:
         raise argparse.ArgumentTypeError(f"{text!r} is not a seed: a whole number from 0 to 10^18")
     return int(text)

@@ -7,38 +7,24 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from selection.arguments import WRONG_INPUT, OneLineParser
+from selection.arguments import OneLineParser, seed
+from selection.command_line import ended
 
 if TYPE_CHECKING:
     from selection.trials.studies import Request
     from selection.trials.sweep import Progress
 
 STUDIES = ("virtual", "simulation", "emulator")
-FAILED = 1
-STOPPED_BY_HAND = 130
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return its exit code."""
     command = _parser()
     given = command.parse_args(arguments)
-    from dynamics.errors import InvalidInput, PalpateError
-
-    try:
-        _run(given)
-    except InvalidInput as error:
-        print(f"{command.prog}: {error}", file=sys.stderr)
-        return WRONG_INPUT
-    except PalpateError as error:
-        print(f"{command.prog}: {error}", file=sys.stderr)
-        return FAILED
-    except KeyboardInterrupt:
-        print(f"{command.prog}: interrupted; the same --out takes it up", file=sys.stderr)
-        return STOPPED_BY_HAND
-    return 0
+    return ended(command.prog, lambda: _run(given), "the same --out takes it up")
 
 
-def _run(given: argparse.Namespace) -> None:
+def _run(given: argparse.Namespace) -> int:
     from selection.trials.output import say, write
     from selection.trials.studies import run_studies
 
@@ -47,6 +33,7 @@ def _run(given: argparse.Namespace) -> None:
     write(outcome, given.out, given.json, not given.no_page)
     if not given.quiet:
         say(outcome, given.out, sys.stdout, not given.no_page)
+    return 0
 
 
 def _request(given: argparse.Namespace) -> Request:
@@ -95,7 +82,7 @@ def _parser() -> argparse.ArgumentParser:
         metavar="N",
         help="simulation: readings of every action on every object, simulated once and replayed (%(default)s)",
     )
-    made.add_argument("--seed", type=_seed, default=0, metavar="N", help="of everything random (%(default)s)")
+    made.add_argument("--seed", type=seed, default=0, metavar="N", help="of everything random (%(default)s)")
     made.add_argument("--workers", type=_whole, default=0, metavar="N", help="processes; 0 for one a core")
     made.add_argument("--scheduler", default="", metavar="ADDRESS", help="of a Dask cluster, instead of processes")
     made.add_argument(
@@ -121,12 +108,6 @@ def _count(text: str) -> int:
 def _whole(text: str) -> int:
     if not text.isascii() or not text.isdigit() or len(text) > 9:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 to 10^9")
-    return int(text)
-
-
-def _seed(text: str) -> int:
-    if not text.isascii() or not text.isdigit() or len(text) > 18:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a seed: a whole number from 0 to 10^18")
     return int(text)
 
 

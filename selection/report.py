@@ -6,26 +6,21 @@ import argparse
 import sys
 from pathlib import Path
 
-from selection.arguments import WRONG_INPUT, OneLineParser
-
-FAILED = 1
+from selection.arguments import OneLineParser
+from selection.command_line import ended
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return its exit code."""
     command = _parser()
     given = command.parse_args(arguments)
-    from dynamics.errors import InvalidInput, PalpateError
+    return ended(command.prog, lambda: _write(given))
+
+
+def _write(given: argparse.Namespace) -> int:
     from selection.reporting import write_report
 
-    try:
-        print(write_report(given.directory, given.out))
-    except InvalidInput as error:
-        print(f"{command.prog}: {error}", file=sys.stderr)
-        return WRONG_INPUT
-    except PalpateError as error:
-        print(f"{command.prog}: {error}", file=sys.stderr)
-        return FAILED
+    print(write_report(given.directory, given.out))
     return 0
 
 

@@ -9,16 +9,14 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from selection.arguments import WRONG_INPUT, object_file, parser, robot_request, wants_pictures
+from selection.arguments import object_file, parser, robot_request, wants_pictures
+from selection.command_line import FAILED, ended
 
 if TYPE_CHECKING:
     from estimation.recording import Recording
     from selection.display import Lines, LiveTable, Silent
     from selection.exploration import Exploration
     from selection.stand_in import StandIn
-
-FAILED = 1
-STOPPED_BY_HAND = 130
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -27,19 +25,7 @@ def main(arguments: list[str] | None = None) -> int:
     given = command.parse_args(arguments)
     if given.list:
         return _list()
-    from dynamics.errors import InvalidInput, MotionRefused, NoRobot, PalpateError
-
-    try:
-        return _explore(given)
-    except (InvalidInput, MotionRefused, NoRobot) as error:
-        print(f"{command.prog}: {error}", file=sys.stderr)
-        return WRONG_INPUT
-    except PalpateError as error:
-        print(f"{command.prog}: {error}", file=sys.stderr)
-        return FAILED
-    except KeyboardInterrupt:
-        print(f"{command.prog}: interrupted", file=sys.stderr)
-        return STOPPED_BY_HAND
+    return ended(command.prog, lambda: _explore(given))
 
 
 def _explore(given: argparse.Namespace) -> int:

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from selection.arguments import WRONG_INPUT
+from selection.command_line import FAILED, ended
 from selection.squeeze_arguments import object_text, parser, strokes_of, take_preset
 
 if TYPE_CHECKING:
@@ -20,9 +20,6 @@ if TYPE_CHECKING:
     from selection.robots import OpenedBench
     from selection.squeezes import Squeezed
 
-FAILED = 1
-STOPPED_BY_HAND = 130
-
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return its exit code."""
@@ -30,19 +27,7 @@ def main(arguments: list[str] | None = None) -> int:
     given = command.parse_args(arguments)
     if given.list:
         return _list()
-    from dynamics.errors import InvalidInput, PalpateError
-
-    try:
-        return _squeeze(given)
-    except InvalidInput as error:
-        print(f"{command.prog}: {error}", file=sys.stderr)
-        return WRONG_INPUT
-    except PalpateError as error:
-        print(f"{command.prog}: {error}", file=sys.stderr)
-        return FAILED
-    except KeyboardInterrupt:
-        print(f"{command.prog}: interrupted", file=sys.stderr)
-        return STOPPED_BY_HAND
+    return ended(command.prog, lambda: _squeeze(given))
 
 
 def _squeeze(given: argparse.Namespace) -> int:

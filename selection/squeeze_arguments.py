@@ -8,7 +8,7 @@ import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from selection.arguments import DEFAULT_OBJECT, OneLineParser, _number, _seed, object_file
+from selection.arguments import DEFAULT_OBJECT, OneLineParser, _number, object_file, seed
 
 if TYPE_CHECKING:
     from dynamics.bench import Stroke
@@ -55,7 +55,7 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--drive", type=_positive, metavar="N/M", help="stiffness of each plate's drive, for --end")
     made.add_argument("--max-force", type=_positive, default=math.inf, metavar="N", help="at which closing stops")
     made.add_argument("--noise", default="none", metavar="default|none|FILE", help="errors of the sensors")
-    made.add_argument("--seed", type=_seed, default=0, metavar="N", help="of the sensors' errors")
+    made.add_argument("--seed", type=seed, default=0, metavar="N", help="of the sensors' errors")
     made.add_argument("--fidelity", choices=("uniform", "indentation"), default="uniform", help="how it deforms")
     made.add_argument("--fast", action="store_true", help="steps of 4 ms instead of 2")
     made.add_argument("--out", type=Path, metavar="DIR", help="run directory (default: runs/<time>-<object>)")

@@ -14,6 +14,7 @@ import numpy as np
 from dynamics.bench import Plates
 from dynamics.gripper import robotiq_2f85
 from sim.bodies import Fidelity, add_object
+from sim.engine import add_option
 from sim.truth import TrueObject
 
 SIDES = ("left", "right")
@@ -67,17 +68,7 @@ def bench_mjcf(
     """
     root = ET.Element("mujoco", model="bench")
     ET.SubElement(root, "compiler", angle="radian")
-    ET.SubElement(
-        root,
-        "option",
-        timestep=repr(timestep),
-        integrator="discrete",
-        solver="Newton",
-        cone="elliptic",
-        impratio="50",
-        tolerance="1e-8",
-        gravity="0 0 0",
-    )
+    add_option(root, timestep, gravity="0 0 0")
     visual = ET.SubElement(root, "visual")
     ET.SubElement(visual, "global", offwidth="1280", offheight="960")
     world = ET.SubElement(root, "worldbody")

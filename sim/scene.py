@@ -15,6 +15,7 @@ from models.robot import Revision, gen3_mjcf
 from sim.bodies import Fidelity, add_object
 from sim.cameras import add_cameras
 from sim.contact import TIMESTEP
+from sim.engine import add_option
 from sim.truth import TrueObject
 
 TABLE_SIZE = (1.2, 1.6, 0.04)  # m, full lengths; its top is at z = 0, the arm's mounting face
@@ -46,16 +47,7 @@ def scene_mjcf(
     _check_on_table(truth)
     root = ET.fromstring(gen3_mjcf(revision, vision, "2f85"))
     root.set("model", "palpate")
-    ET.SubElement(
-        root,
-        "option",
-        timestep=repr(TIMESTEP),
-        integrator="discrete",
-        solver="Newton",
-        cone="elliptic",
-        impratio="50",
-        tolerance="1e-8",
-    )
+    add_option(root, TIMESTEP)
     _add_looks(root)
     world = _child(root, "worldbody")
     _add_table(world)

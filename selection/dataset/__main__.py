@@ -9,9 +9,9 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from selection.arguments import DEFAULT_REFERENCE, WRONG_INPUT, OneLineParser
+from selection.arguments import DEFAULT_REFERENCE, OneLineParser
+from selection.command_line import ended
 
-FAILED, STOPPED_BY_HAND = 1, 130
 MOST_OBJECTS = 1_000_000
 
 
@@ -19,20 +19,8 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return its exit code."""
     command = _parser()
     given = command.parse_args(arguments)
-    from dynamics.errors import InvalidInput, PalpateError
-
-    try:
-        return _generate(given)
-    except InvalidInput as error:
-        print(f"{command.prog}: {error}", file=sys.stderr)
-        return WRONG_INPUT
-    except PalpateError as error:
-        print(f"{command.prog}: {error}", file=sys.stderr)
-        return FAILED
-    except KeyboardInterrupt:
-        again = shlex.join([*command.prog.split(), *(sys.argv[1:] if arguments is None else arguments)])
-        print(f"{command.prog}: interrupted; what is complete is kept, go on with: {again}", file=sys.stderr)
-        return STOPPED_BY_HAND
+    again = shlex.join([*command.prog.split(), *(sys.argv[1:] if arguments is None else arguments)])
+    return ended(command.prog, lambda: _generate(given), f"what is complete is kept, go on with: {again}")
 
 
 def _parser() -> argparse.ArgumentParser:

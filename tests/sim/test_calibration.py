@@ -82,10 +82,11 @@ def test_interpolation_is_good_enough_between():
 
 
 @pytest.mark.slow
+@pytest.mark.xfail(reason="0.051 root mean square, of 0.05", strict=True)
 def test_interpolation_is_good_enough_everywhere():
     rng = np.random.default_rng(1)
     errors = np.array([error_between(rng) for _ in range(60)])
-    assert np.sqrt(np.mean(errors**2)) < 0.055  # of which docs/simulation.md says 0.051
+    assert np.sqrt(np.mean(errors**2)) < BETWEEN / 2
     assert np.quantile(np.abs(errors), 0.95) < BETWEEN
 
 
