@@ -33,6 +33,7 @@ FIDELITIES: tuple[Fidelity, ...] = ("uniform", "indentation")
 
 NAME = "object"
 SKIN = 1e-4  # m, radius of the vertices of a soft body
+GAP = 1e-4  # m from which contact is looked for: first found at depths below 1e-6 m, half the normals are reversed
 COLOR = "0.93 0.63 0.18 1"
 CELLS: dict[Fidelity, int] = {"uniform": 1, "indentation": 2}
 POINTS_AROUND: dict[Fidelity, int] = {"uniform": 24, "indentation": 48}  # points around a round body
@@ -178,6 +179,7 @@ def _touch(truth: TrueObject, timestep: float, spin_and_roll: str) -> dict[str, 
         "solref": f"{time_constant} {OVERDAMPED}",
         "solimp": f"{impedance} {impedance} 0.001",
         "priority": "2",
+        "gap": repr(GAP),
         "contype": "1",
         "conaffinity": "7",
     }
