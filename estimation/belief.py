@@ -14,6 +14,7 @@ import numpy as np
 from dynamics.errors import InvalidInput, UnknownName
 from estimation import units
 from estimation.bank import Bank, condition_property, predictive
+from estimation.bounds import condition_bound
 from estimation.conditioning import logsumexp
 from estimation.measurement import Measurement
 from estimation.mixture import Mixture
@@ -60,6 +61,7 @@ class Belief:
         self._readings: dict[str, tuple[float, float]] = {}
         self._counts: dict[str, int] = {}
         self._direct: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
+        self._bounds: dict[str, float] = {}
 
     @cached_property
     def bank(self) -> Bank:
@@ -67,12 +69,15 @@ class Belief:
         network, prior = self.network, self.network.hypotheses
         log_weight = self._log_prior + self._log_likelihood
         mean, variance = prior.mean, prior.variance
-        if self._direct:
-            mean, variance = mean.copy(), variance.copy()
-            for name, (evidence, centre, spread) in sorted(self._direct.items()):
-                i = network.index(name)
-                log_weight = log_weight + evidence
-                mean[:, i], variance[:, i] = centre, spread
+        mean, variance = mean.copy(), variance.copy()
+        for name, (evidence, centre, spread) in sorted(self._direct.items()):
+            i = network.index(name)
+            log_weight = log_weight + evidence
+            mean[:, i], variance[:, i] = centre, spread
+        for name, least in sorted(self._bounds.items()):
+            i, scale = network.index(name), network.property(name).scale
+            evidence, mean[:, i], variance[:, i] = condition_bound(scale, mean[:, i], variance[:, i], least)
+            log_weight = log_weight + evidence
         bank = Bank(log_weight, mean, variance)
         for relation in network.relations:
             if relation.name in self._readings:
@@ -105,6 +110,30 @@ class Belief:
             updated._direct[name] = condition_property(
                 network, name, prior.mean[:, i], prior.variance[:, i], z, sd
             )
+        return updated
+
+    def update_bound(self, quantity: str, least: float, unit: str) -> Belief:
+        """Return the belief after a bound that a property exceeds with 95 % confidence.
+
+        Bounds share what they are uncertain by, a calibration: of several the largest counts.
+
+        Args:
+            quantity: a property; of a relation nothing is learnt.
+            least: the bound [unit], > 0.
+            unit: its unit.
+
+        Raises:
+            UnknownName: if the network has no such quantity, or the unit is not known.
+            InvalidInput: if the unit does not fit, or the bound is not positive.
+        """
+        where = f"bound of {quantity}"
+        if not (math.isfinite(least) and least > 0):
+            raise InvalidInput(where, least, "a finite number > 0")
+        network = self.network
+        updated = self._copy()
+        if network.relation(quantity) is None:
+            value = least * units.conversion(unit, network.unit(quantity), where)
+            updated._bounds[quantity] = max(value, self._bounds.get(quantity, 0.0))
         return updated
 
     def update_class(self, variable: str, likelihoods: Mapping[str, float]) -> Belief:
@@ -232,6 +261,7 @@ class Belief:
                 name: {"mean": z, "sd": sd, "count": self._counts[name]}
                 for name, (z, sd) in self._readings.items()
             },
+            "bounds": self._bounds,
         }
         return json.dumps(content, ensure_ascii=False, allow_nan=False)
 
@@ -256,6 +286,8 @@ class Belief:
             for name, row in readings.items():
                 belief = belief.update(Measurement(name, row["mean"], row["sd"], belief.network.unit(name)))
                 belief._counts[name] = int(row["count"])
+            for name, least in content.get("bounds", {}).items():
+                belief = belief.update_bound(name, least, belief.network.unit(name))
         except (KeyError, TypeError, ValueError) as error:
             raise InvalidInput(where, repr(error), f"JSON of the format {_FORMAT}") from None
         return belief
@@ -293,7 +325,7 @@ class Belief:
         twin.network = self.network
         twin._log_prior, twin._log_likelihood = self._log_prior, self._log_likelihood
         twin._readings, twin._counts = dict(self._readings), dict(self._counts)
-        twin._direct = dict(self._direct)
+        twin._direct, twin._bounds = dict(self._direct), dict(self._bounds)
         return twin
 
 

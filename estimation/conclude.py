@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable
 
 from estimation.belief import Belief
+from estimation.bounds import bound_of
 from estimation.measurement import Measurement
 from estimation.observation import Observation
 from estimation.size import SizeEstimate
@@ -36,7 +37,10 @@ def conclude(
         measurement = one
         if one.property == "mass" and "mass" not in quantities:
             measurement = density_of(one, volume)
-        if measurement.property in quantities:
+        bound = bound_of(measurement)
+        if bound is not None and bound[0] in quantities:
+            belief = belief.update_bound(*bound)
+        elif measurement.property in quantities:
             belief = belief.update(measurement)
     for seen in observations:
         if seen.variable in blank.network.variables:

@@ -18,6 +18,7 @@ from dynamics.errors import InvalidInput
 from dynamics.gripper import ParallelGripper
 from dynamics.shapes import Shape
 from dynamics.signals import GripperReadings, Phase
+from estimation.bounds import elasticity_at_least
 from estimation.carried import pull_of_weight
 from estimation.measurement import Measurement
 from estimation.stiffness import (
@@ -61,7 +62,7 @@ def measure_squeeze(
 
     Force is ``force_per_ampere (current - current in air)`` plus what friction swallows; the uncertainty of both
     is in the interval and in the measurements' standard deviations. Compression of 2 to 10 steps of the opening
-    gives a wide interval, less a bound; with a bound there is no measurement of elasticity.
+    gives a wide interval, less a bound.
 
     Args:
         gripper: what closed on the object.
@@ -74,8 +75,8 @@ def measure_squeeze(
         weight: that hangs between the pads [N], see :mod:`estimation.carried`.
 
     Returns:
-        The estimate, and measurements of ``elasticity`` [Pa] (unless it is a bound) and of ``width`` [m] (unless
-        the readings leave open where the object was touched).
+        The estimate, and measurements of ``elasticity`` [Pa] (of ``compliance`` [1/Pa] if it is a bound, see
+        :mod:`estimation.bounds`) and of ``width`` [m] (unless the readings leave open where it was touched).
 
     Raises:
         NoContact: if the force never rose.
@@ -130,7 +131,7 @@ def measure_squeeze(
         sd = math.hypot(estimate.onset_sd, _resolution(quantum))
         widths = (Measurement("width", estimate.onset, sd, "m"),)
     if estimate.bound is not None:
-        return estimate, widths
+        return estimate, (elasticity_at_least(estimate.bound), *widths)
     return estimate, (Measurement("elasticity", estimate.young_modulus, estimate.sd, "Pa"), *widths)
 
 

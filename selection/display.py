@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from estimation.belief import Belief
+from estimation.bounds import bound_of
 from estimation.measurement import Measurement
 from estimation.mixture import Mixture
 from estimation.network import UNKNOWN
@@ -31,6 +32,11 @@ def spoken(mean: float, sd: float, unit: str) -> str:
 
 def measured(measurement: Measurement) -> str:
     """Return a measurement as a person would say it."""
+    bound = bound_of(measurement)
+    if bound is not None:
+        quantity, least, unit = bound
+        name, factor = DISPLAY_UNITS.get(unit, (unit, 1.0))
+        return f"{quantity} at least {least * factor:.3g} {name}"
     return f"{measurement.property} {spoken(measurement.mean, measurement.sd, measurement.unit)}"
 
 

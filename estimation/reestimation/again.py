@@ -127,7 +127,7 @@ def _squeeze(state: _State, phases: Sequence[Phase], edge: int) -> Result:
     if declared is None or state.size is None:
         return (), ("no elasticity: the object's shape and size are unknown; option --object",)
     size, sd = state.size.mean, state.size.sd
-    estimate, measurements = measure_squeeze(
+    _, measurements = measure_squeeze(
         state.known.gripper,
         declared.shape,
         (size[edge], size[1 - edge], size[2]),
@@ -136,8 +136,7 @@ def _squeeze(state: _State, phases: Sequence[Phase], edge: int) -> Result:
         fill=state.size.fill,
         weight=held_weight(state.known.arm, phases),
     )
-    bound = () if estimate.bound is None else (f"stiffer than can be told: elasticity >= {estimate.bound:.3g} Pa",)
-    return measurements, bound
+    return measurements, ()
 
 
 def _rub(state: _State, phases: Sequence[Phase], edge: int) -> Result:

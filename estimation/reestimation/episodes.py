@@ -17,6 +17,7 @@ CREEP = 0.02  # rad that a joint may wander during a hold
 LEAST_HOLD = 0.5  # s
 SETTLING = 0.3  # s left out at the start of a hold, while the arm swings
 CONTACT_SHARE = 0.3  # of the rise of the current, at which the pads have met the object
+MUCH = 0.5  # of the way that pads close furthest after a grasp: those after which they close less only hold
 GRIPPED = 0.002  # m by which pads close before an object is thought to be held
 
 
@@ -108,13 +109,34 @@ def find_holds(samples: Samples) -> list[tuple[int, int]]:
 def find_squeezes(samples: Samples) -> tuple[Mark, ...]:
     """Find the closing moves of the gripper: through air, and on an object where the current stays up at the end.
 
+    Where an object is squeezed that is held already, the moves that met it, perhaps where it stood on a table, are
+    grasps; and where it is grasped more than once, only the grasps count after which the pads closed much further.
     Returns no marks if the gripper never closes on anything, or the log has no current.
     """
-    closings = _closings(samples)
-    names = ["compress" if one.contact is not None else "air" for one in closings]
+    named: list[tuple[str, _Closing]] = []
+    travel: list[float] = []  # of the pads after each grasp
+    grasps: list[int] = []  # which one every move belongs to
+    for one in _closings(samples):
+        way = float(samples.opening[one.start] - samples.opening[one.stop - 1])
+        meets = one.contact is not None and samples.opening[one.start] - one.contact > GRIPPED
+        if meets or not travel:
+            travel.append(0.0)
+        if one.contact is not None and not meets:
+            travel[-1] += way
+        grasps.append(len(travel) - 1)
+        named.append(("air" if one.contact is None else "grasp" if meets else "compress", one))
+    most = max(travel, default=0.0)
+    if most == 0.0:  # every squeeze began in the air
+        named = [("compress" if name == "grasp" else name, one) for name, one in named]
+    kept = [
+        (name, one)
+        for (name, one), grasp in zip(named, grasps, strict=True)
+        if name == "air" or travel[grasp] >= MUCH * most
+    ]
+    names = [name for name, _ in kept]
     if "compress" not in names or "air" not in names:
         return ()
-    return mark_all("squeeze", names, [(one.start, one.stop) for one in closings])
+    return mark_all("squeeze", names, [(one.start, one.stop) for _, one in kept])
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from dynamics.errors import InvalidInput
+from estimation.bounds import bound_of
 from estimation.measurement import Measurement
 
 FORMAT = "palpate-reference/1"
@@ -51,7 +52,7 @@ def learn_classes(observations: Iterable[Observation], spread: float = DEFAULT_S
     alone shows no difference: then tau = spread x mean.
 
     Args:
-        observations: of all objects.
+        observations: of all objects; bounds are left out.
         spread: relative difference of objects where only one was measured.
 
     Raises:
@@ -60,6 +61,8 @@ def learn_classes(observations: Iterable[Observation], spread: float = DEFAULT_S
     grouped: dict[tuple[str, str], dict[str, list[Measurement]]] = {}
     units: dict[str, str] = {}
     for one in observations:
+        if bound_of(one.measurement) is not None:
+            continue
         name, unit = one.measurement.property, one.measurement.unit
         if units.setdefault(name, unit) != unit:
             raise InvalidInput(f"observations of {name}: unit", unit, units[name])

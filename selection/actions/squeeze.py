@@ -101,7 +101,7 @@ class Squeeze:
         from estimation.squeezing import measure_squeeze
 
         size, sd, edge = readings.size.mean, readings.size.sd, readings.edge
-        estimate, measurements = measure_squeeze(
+        _, measurements = measure_squeeze(
             readings.robot.gripper,
             readings.shape,
             (size[edge], size[1 - edge], size[2]),
@@ -111,8 +111,6 @@ class Squeeze:
             weight=held_weight(readings.robot.arm, readings.phases),
         )
         notes: tuple[str, ...] = ()
-        if estimate.bound is not None:
-            notes = (f"stiffer than can be told: elasticity >= {estimate.bound:.3g} Pa",)
         for width in (m for m in measurements if m.property == "width"):
             if width.mean < size[edge] - SPRUNG_SDS * math.hypot(width.sd, sd[edge]):
                 measurements = tuple(m for m in measurements if m is not width)

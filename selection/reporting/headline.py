@@ -8,7 +8,18 @@ from selection.reporting.document import Block, Fact, Facts, Strong
 from selection.reporting.document import paragraph as said
 from selection.reporting.run_context import REASONS, UNKNOWN, RunPage
 from selection.reporting.story import Story
-from selection.reporting.text import NO_BREAK, bits, interval, listed, name_of, percent, plain, seconds, title_of
+from selection.reporting.text import (
+    NO_BREAK,
+    bits,
+    interval,
+    listed,
+    name_of,
+    percent,
+    plain,
+    reading,
+    seconds,
+    title_of,
+)
 
 SURE, LIKELY = 0.95, 0.6
 MOST_FACTS = 4
@@ -80,7 +91,7 @@ def _facts(story: Story, variable: str, probability: float) -> list[Fact]:
     assert story.last is not None
     count = len(set(story.last.classes.get(variable, {})) - {UNKNOWN})
     facts = [Fact(percent(probability), "Probability", f"of {count} kinds listed")]
-    measured = {m.property for step in story.acts for m in step.measurements}
+    measured = {reading(m)[0] for step in story.acts for m in step.measurements}
     if "mass" in measured and "mass" not in story.last.quantities:
         measured.add("density")
     for name, found in story.last.quantities.items():

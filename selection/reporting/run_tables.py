@@ -16,7 +16,7 @@ from selection.reporting.text import (
     number,
     percent,
     plain,
-    quantity,
+    reading,
     seconds,
     signed,
     slug,
@@ -48,7 +48,8 @@ def found_table(story: Story, true_value: Callable[[str], float | None]) -> Tabl
     measured: dict[str, list[str]] = {}
     for step in story.acts:
         for one in step.measurements:
-            measured.setdefault(one.property, []).append(quantity(one.mean, one.sd, one.unit))
+            name, value = reading(one)
+            measured.setdefault(name, []).append(value)
     last = story.last.quantities if story.last is not None else {}
     truths = any(true_value(name) is not None for name in last)
     rows: list[tuple[Value, ...]] = []
@@ -85,9 +86,9 @@ def measurement_table(story: Story) -> Table:
     for step in story.acts:
         for one in step.measurements:
             rows.append((step.number, step.choice, one.property, one.mean, one.sd, one.unit))
-            value = quantity(one.mean, one.sd, one.unit)
+            name, value = reading(one)
             relative = percent(one.sd / abs(one.mean)) if one.mean else "–"
-            texts.append((str(step.number), name_of(step.choice), title_of(one.property), value, relative))
+            texts.append((str(step.number), name_of(step.choice), title_of(name), value, relative))
     result = ResultTable(
         "measurements",
         "Measurements",

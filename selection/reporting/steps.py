@@ -11,7 +11,7 @@ from selection.reporting.document import Block, Figure, Gallery, Paragraph, Sect
 from selection.reporting.document import paragraph as said
 from selection.reporting.run_context import REASONS, RunPage
 from selection.reporting.story import Step
-from selection.reporting.text import bits, name_of, percent, quantity, seconds, slug, title_of
+from selection.reporting.text import bits, name_of, percent, reading, seconds, slug, title_of
 
 
 def step_section(page: RunPage, step: Step) -> Section:
@@ -76,7 +76,8 @@ def _brought(step: Step) -> Paragraph:
         words.append("Measured ")
         for i, one in enumerate(step.measurements):
             words.append("" if i == 0 else " and " if i == len(step.measurements) - 1 else ", ")
-            words += [f"{name_of(one.property)} ", Strong(quantity(one.mean, one.sd, one.unit))]
+            name, value = reading(one)
+            words += [f"{name} ", Strong(value)]
         words.append(f" in {seconds(step.seconds)}." if math.isfinite(step.seconds) else ".")
     elif step.observations:
         for i, seen in enumerate(step.observations):

@@ -6,6 +6,8 @@ import math
 import re
 from collections.abc import Sequence
 
+from estimation.bounds import bound_of
+from estimation.measurement import Measurement
 from selection.display import DISPLAY_UNITS
 
 LONGEST_NAME, LONGEST_UNIT, LONGEST_SLUG = 40, 12, 80
@@ -84,6 +86,15 @@ def quantity(mean: float, sd: float, unit: str) -> str:
         return f"{number(mean)}{NO_BREAK}{name}".rstrip()
     decimals = min(max(1 - math.floor(math.log10(sd)), 0), 6)
     return f"{mean:.{decimals}f} ± {sd:.{decimals}f} {name}".rstrip().replace("-", "−").replace(" ", NO_BREAK)
+
+
+def reading(measurement: Measurement) -> tuple[str, str]:
+    """Return of what quantity a measurement is, and its value: a bound for a modulus too large to tell."""
+    bound = bound_of(measurement)
+    if bound is None:
+        return name_of(measurement.property), quantity(measurement.mean, measurement.sd, measurement.unit)
+    name, least, unit = bound
+    return name, f"≥{NO_BREAK}{plain(least, unit)}"
 
 
 def interval(ends: Sequence[float], unit: str) -> str:

@@ -9,6 +9,7 @@ from dynamics.compression import geometry_of
 from dynamics.errors import InvalidInput
 from dynamics.gripper import robotiq_2f85
 from dynamics.signals import GripperReadings, Phase, Sample
+from estimation.bounds import elasticity_at_least
 from estimation.squeezing import between_steps, locked_current, measure_squeeze, moving
 from estimation.stiffness import NoContact
 
@@ -112,7 +113,7 @@ def test_where_contact_is_left_open_there_is_no_width(monkeypatch):
     assert [m.property for m in measurements] == ["elasticity", "width"]
     nowhere = dataclasses.replace(known, young_modulus=math.nan, sd=math.inf, bound=5e5, onset_sd=math.inf)
     monkeypatch.setattr("estimation.squeezing._estimate", lambda *_: nowhere)
-    assert measure_squeeze(FACE, "box", CUBE, phases) == (nowhere, ())
+    assert measure_squeeze(FACE, "box", CUBE, phases) == (nowhere, (elasticity_at_least(5e5),))
 
 
 def test_a_rigid_object_gives_a_bound_and_its_width():
@@ -131,7 +132,8 @@ def test_a_rigid_object_gives_a_bound_and_its_width():
     for index in range(8):
         read("compress", np.full(8, stands), 0.05 + np.linspace(0.0, 0.9, 8), index)
         read("dwell", np.full(15, stands), np.full(15, 0.05), index)
-    estimate, (width,) = measure_squeeze(FACE, "box", CUBE, phases)
+    estimate, (compliance, width) = measure_squeeze(FACE, "box", CUBE, phases)
+    assert compliance == elasticity_at_least(estimate.bound)
     # about 40 N over at most one step: E >= F L / (A q), less the calibration's doubt
     assert 0.5 < estimate.bound / (40.0 * 0.056 / (0.056**2 * quantum)) < 1.1
     assert abs(width.mean - 0.056) < 2 * width.sd

@@ -8,6 +8,7 @@ import pytest
 
 import sim.robot
 from dynamics.errors import ActionFailed, InvalidInput
+from estimation.bounds import bound_of
 from estimation.size import SizeEstimate
 from models import objects
 from selection.actions import Readings, Squeeze, Weigh
@@ -82,8 +83,8 @@ def test_steel_is_a_bound():
     truth = read_truth(objects.locate("steel-block"))
     findings = handled(truth, [Squeeze()], noise=SensorModel())["squeeze"]
     assert "elasticity" not in {m.property for m in findings.measurements}
-    assert "elasticity >=" in findings.notes[0]
-    bound = float(findings.notes[0].split(">=")[1].split()[0])
+    quantity, bound, unit = bound_of(findings.measurements[0])
+    assert (quantity, unit) == ("elasticity", "Pa")
     assert 1e5 < bound < truth.young_modulus
 
 

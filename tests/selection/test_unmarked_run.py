@@ -19,6 +19,7 @@ def test_phases_of_a_whole_run_are_found(default_run, default_result):
     assert set(found) == {"mass", "elasticity", "width"}
     for name, one in found.items():
         assert abs(one.mean - recorded[name].mean) < 2 * math.hypot(one.sd, recorded[name].sd), name
+    assert found["elasticity"].mean == pytest.approx(recorded["elasticity"].mean, rel=0.03)
     truth = default_result["truth"]["properties"]["mass"]["value"]
     assert found["mass"].sd < 0.005
     assert found["mass"].mean == pytest.approx(truth, abs=3 * found["mass"].sd)
