@@ -155,9 +155,15 @@ class Hand:
             raise ActionFailed("dropped", "nothing presses against the pads any more")
 
     def put_back(self, action: str) -> None:
-        """Set the object down where it stood, let go and rise to the gate."""
-        if np.abs(self._q - self._gate).max() < 1e-6 or self._height_above() > 1e-6:
-            self.line(self.grasp_pose)
+        """Set the object down where it stood, let go and rise to the gate.
+
+        Pads that have closed further since the grasp hold it lower in the hand: the hand stays higher by that, or
+        it would press the object onto the table, from where it jumps when it is let go.
+        """
+        gripper, place = self.robot.gripper, self.grasp_pose.copy()
+        place[2, 3] += gripper.pad_depth(self.robot.read().opening) - gripper.pad_depth(self.closing[-1].opening)
+        if self._height_above() > place[2, 3] - self.grasp_pose[2, 3] + 1e-6:
+            self.line(place)
         with self.tape.phase(action, "release"):
             self.robot.grip(
                 min(self.width + 0.006, self.robot.gripper.max_opening), self.robot.gripper.min_speed, math.inf
