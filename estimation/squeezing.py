@@ -20,6 +20,7 @@ from dynamics.shapes import Shape
 from dynamics.signals import GripperReadings, Phase
 from estimation.carried import pull_of_weight
 from estimation.measurement import Measurement
+from estimation.springing import PLASTIC, elastic_readings, lost_work
 from estimation.stiffness import (
     CurveNoise,
     NoContact,
@@ -61,7 +62,9 @@ def measure_squeeze(
 
     Force is ``force_per_ampere (current - current in air)`` plus what friction swallows; the uncertainty of both
     is in the interval and in the measurements' standard deviations. Compression of 2 to 10 steps of the opening
-    gives a wide interval, less a bound; with a bound there is no measurement of elasticity.
+    gives a wide interval, less a bound; with a bound there is no measurement of elasticity. Of an object that does
+    not spring back only the readings count that pressed it again, no further than before: its elastic modulus, by
+    the size it had.
 
     Args:
         gripper: what closed on the object.
@@ -89,6 +92,8 @@ def measure_squeeze(
     air, air_sd = air_current([phase.gripper() for phase in phases if phase.name == "air"], gripper)
     quantum = gripper.opening_quantum if quantum_of(opening_grid(phases)) > 0 else 0.0
     closing = [phase.gripper() for phase in phases if phase.name in ("close", "compress")]
+    if lost_work(phases, air, quantum) > PLASTIC:
+        closing = elastic_readings(phases) or closing
     rigid = _gave_by(closing) <= max(quantum, RIGID_STRAIN * size[0])
     if rigid:  # then only how the grasp met it shows where it is, and its give is not told from that of the pads
         closing = [phase.gripper() for phase in phases if phase.name == "grasp"] + closing

@@ -1,8 +1,14 @@
-"""What is round is carried without turning in the hand, and lies where it was when it is set down."""
+"""What is round is carried without turning in the hand, and lies where it was when it is set down.
+
+What stands elsewhere all the same is pushed between the pads and told of.
+"""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from dynamics.errors import ActionFailed
 from selection.actions import Squeeze, Weigh
 from selection.actions.hand import Hand
 from selection.tape import Tape
@@ -64,3 +70,25 @@ def test_round_things_neither_turn_in_the_hand_nor_roll_away(truth, action):
     action.perform(hand)
     assert 0 < turning.most < 0.1  # it was in the air
     assert np.linalg.norm(object_pose(robot._model, robot._data) - home) < 0.003
+
+
+@pytest.mark.parametrize("aside", [0.009, -0.009, 0.0])
+def test_what_stands_aside_is_centred_and_told_of(aside):
+    truth = thing("box", mass=0.2)  # 50 mm along x, which the pads close on
+    robot = MujocoRobot(truth, SensorModel())
+    x, y = truth.declared.position
+    hand = Hand(robot, replace(truth.declared, position=(x + aside, y)), Tape(robot))
+    home = object_pose(robot._model, robot._data)
+    hand.gate()
+    hand.grasp("weigh")
+    assert object_pose(robot._model, robot._data)[0] - home[0] == pytest.approx(aside, abs=0.0015)
+    assert len(hand.remarks) == bool(aside)
+    assert all("did not stand where" in remark for remark in hand.remarks)
+
+
+def test_what_is_wider_than_declared_is_displaced():
+    truth = thing("box", 5e5, 0.5, (0.065, 0.07, 0.06))
+    robot = MujocoRobot(truth, SensorModel())
+    narrow = replace(truth.declared, size=(0.05, 0.06, 0.06))
+    with pytest.raises(ActionFailed, match=r"^displaced: "):
+        Hand(robot, narrow, Tape(robot)).grasp("weigh")
