@@ -96,7 +96,6 @@ def test_clay_is_held_between_squeezes_and_found_again_after_them():
     assert hand.present_width < 0.75 * truth.size[1]
     size = SizeEstimate.declared(truth.declared)
     findings = Squeeze().measure(Readings(robot, tape.take(), truth.shape, size, hand.edge))
-    # Its loading would say 60 kPa: it has flowed.
     (elasticity,) = findings.measurements
     assert elasticity.mean == pytest.approx(truth.young_modulus, abs=3 * elasticity.sd)
     assert "of the work of pressing it is lost" in findings.notes[0]
