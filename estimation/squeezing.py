@@ -164,7 +164,10 @@ def _estimate(
     for delay in DELAYS:
         # A viscous material answers to u + delay du/dt, and so does a sensor that is late.
         curve = stress_strain(force, opening - delay * speed, geometry)
-        found = estimate_stiffness(curve, noise, min_ticks=FEW_TICKS, max_degree=degree)
+        try:
+            found = estimate_stiffness(curve, noise, min_ticks=FEW_TICKS, max_degree=degree)
+        except InvalidInput:  # with that delay the readings would not begin at the object
+            continue
         if found.fit.log_likelihood > evidence and found.compression > quantum:
             best, evidence = found, found.fit.log_likelihood
     return best
