@@ -21,6 +21,7 @@ from dynamics.signals import GripperReadings, Phase
 from estimation.bounds import elasticity_at_least
 from estimation.carried import pull_of_weight
 from estimation.measurement import Measurement
+from estimation.springing import PLASTIC, elastic_readings, lost_work
 from estimation.stiffness import (
     CurveNoise,
     NoContact,
@@ -62,7 +63,9 @@ def measure_squeeze(
 
     Force is ``force_per_ampere (current - current in air)`` plus what friction swallows; the uncertainty of both
     is in the interval and in the measurements' standard deviations. Compression of 2 to 10 steps of the opening
-    gives a wide interval, less a bound.
+    gives a wide interval, less a bound. Of an object that does
+    not spring back only the readings count that pressed it again, no further than before: its elastic modulus, by
+    the size it had.
 
     Args:
         gripper: what closed on the object.
@@ -90,6 +93,8 @@ def measure_squeeze(
     air, air_sd = air_current([phase.gripper() for phase in phases if phase.name == "air"], gripper)
     quantum = gripper.opening_quantum if quantum_of(opening_grid(phases)) > 0 else 0.0
     closing = [phase.gripper() for phase in phases if phase.name in ("close", "compress")]
+    if lost_work(phases, air, quantum) > PLASTIC:
+        closing = elastic_readings(phases) or closing
     rigid = _gave_by(closing) <= max(quantum, RIGID_STRAIN * size[0])
     if rigid:  # then only how the grasp met it shows where it is, and its give is not told from that of the pads
         closing = [phase.gripper() for phase in phases if phase.name == "grasp"] + closing
@@ -160,7 +165,10 @@ def _estimate(
     for delay in DELAYS:
         # A viscous material answers to u + delay du/dt, and so does a sensor that is late.
         curve = stress_strain(force, opening - delay * speed, geometry)
-        found = estimate_stiffness(curve, noise, min_ticks=FEW_TICKS, max_degree=degree)
+        try:
+            found = estimate_stiffness(curve, noise, min_ticks=FEW_TICKS, max_degree=degree)
+        except InvalidInput:  # with that delay the readings would not begin at the object
+            continue
         if found.fit.log_likelihood > evidence and found.compression > quantum:
             best, evidence = found, found.fit.log_likelihood
     return best

@@ -233,6 +233,7 @@ class Exploration:
         observations: tuple[Observation, ...] = ()
         notes: tuple[str, ...] = ()
         ok = True
+        self._hand.remarks.clear()
         try:
             action.perform(self._hand)
             findings = action.measure(self._readings())
@@ -242,6 +243,7 @@ class Exploration:
             log.info("%s failed: %s", action.name, error)
             ok, notes = False, (str(error),)
             self._recover()
+        notes += tuple(self._hand.remarks)
         seconds = self._robot.read().time - start
         model = self._models[action.name]
         if ok:

@@ -5,6 +5,7 @@ and the surface is moved with it. Two fidelities:
 
     uniform       one cell. The body is strained evenly whatever the pads' size, F = E (V / L) e exactly; it
                   neither indents nor bulges: no Poisson's ratio acts, for one cell that friction holds would lock.
+                  What is round has flats where it is touched, for it does not flatten there, see `sim.surfaces`.
     indentation   two cells along each axis. Pads smaller than a face sink in, round bodies flatten where they are
                   touched, sides bulge. So few cells are too stiff under pads; the modulus is lowered by a
                   calibrated factor, see `sim.calibration`, so that the force is that of the continuum.
@@ -112,7 +113,7 @@ def surface(truth: TrueObject, fidelity: Fidelity = "uniform") -> Mesh:
     if truth.shape == "cylinder":
         return surfaces.cylinder(truth.size, POINTS_AROUND[fidelity])
     if truth.shape in ("sphere", "ellipsoid"):
-        return surfaces.ellipsoid(truth.size, POINTS_AROUND[fidelity])
+        return surfaces.ellipsoid(truth.size, POINTS_AROUND[fidelity], flats=CELLS[fidelity] == 1)
     mesh = truth.declared.mesh
     assert mesh is not None, truth.shape
     return mesh.scaled(truth.size[0] / mesh.extents[0])

@@ -5,6 +5,10 @@ ones at the ends of the axes, so that pads and table meet the object exactly whe
 flat triangles cut off is made up for in the modulus, see `sim.bodies`. Pads are held by points, not by what is in
 between: there is one at least every ``SPACING`` across, none in the middle, so that two are under a pad; and every
 ``RISE`` upward, one in the middle, for a pad that holds a tall body above it must not make it lean.
+
+A soft body that is round is touched over a patch, by Hertz of radius (3 F R / 4 E*)^(1/3): 7 mm at 18 N for a ball
+of 1 MPa and 60 mm, more for a softer one. Where its surface cannot form one it has flats of a quarter of its
+radius, for held by two points it would turn between the pads as freely as on a bearing, and roll off at a touch.
 """
 
 from __future__ import annotations
@@ -60,16 +64,27 @@ def cylinder(size: Size, around: int = 24) -> Mesh:
     return _closed([_at(circle / 2, z) for z in heights]).scaled(size)
 
 
-def ellipsoid(size: Size, around: int = 24) -> Mesh:
+def ellipsoid(size: Size, around: int = 24, flats: bool = False) -> Mesh:
     """Return an ellipsoid, a sphere among them, by its three axes [m].
 
     Args:
         size: lengths of its axes [m].
-        around: points around it, a multiple of four; from pole to pole it has half as many steps.
+        around: points around it, a multiple of eight; from pole to pole it has half as many steps.
+        flats: whether it is flat where it stands and where pads close on it, out to the points next to those.
     """
     circle = _circle(around)
     angles = np.linspace(-math.pi / 2, math.pi / 2, around // 2 + 1)[1:-1]
-    return _closed([_at(math.cos(a) / 2 * circle, math.sin(a) / 2) for a in angles]).scaled(size)
+    whole = _closed([_at(math.cos(a) / 2 * circle, math.sin(a) / 2) for a in angles])
+    if not flats:
+        return whole.scaled(size)
+    points = whole.points.copy()
+    # Pads close on a sphere along its axes and half-way between, on any other along its axes.
+    sides = _at(_circle(8 if len(set(size)) == 1 else 4), 0.0)
+    edge = math.cos(2 * math.pi / around) / 2 - 1e-9
+    for towards in (*sides, np.array([0.0, 0.0, -1.0]), np.array([0.0, 0.0, 1.0])):
+        near = points @ towards >= edge
+        points[near] += np.outer(0.5 - points[near] @ towards, towards)
+    return Mesh(points, whole.triangles).scaled(size)
 
 
 def _steps(length: float) -> int:

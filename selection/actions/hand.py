@@ -25,8 +25,10 @@ GRIP_EFFORT = 0.3  # A at which a grasp is tight
 GRIP_STRAIN = 0.35  # compression of a soft object at which a grasp is tight enough
 PROBE_STEP = 0.0015  # m that the gripper closes to feel whether something is still between the pads
 MAX_EFFORT = 0.9  # A
+CENTRING_EFFORT = 0.15  # A, enough to push what the pads can hold
 PATH_SPEED = 0.6  # share of the arm's speed and acceleration limits
 LINE_SPEED = 0.35
+_PUSHED = 8  # samples in which to tell that something is pushed
 _SAME = 1e-6  # rad: a motion of less is none
 
 
@@ -38,16 +40,24 @@ class Hand:
         declared: what is known of the object.
         tape: gathers what is read.
 
+    Attributes:
+        edge: which length of the object the pads close on.
+        width: that length, as declared [m].
+        present_width: the same, of what was pressed and has not sprung back [m].
+        air, closing: what was read as the pads last closed, in air and then on the object.
+        remarks: what was noticed of the object besides, for the user.
+
     Raises:
         InvalidInput: if the object is larger than the gripper opens, both ways, or stands out of reach.
     """
 
     def __init__(self, robot: Robot, declared: DeclaredObject, tape: Tape) -> None:
         self.robot, self.declared, self.tape = robot, declared, tape
+        self.remarks: list[str] = []
         self._q = robot.read().q.copy()
         self._rest = self._q
         self.edge, _ = closing_edge(robot.gripper, declared)
-        self.width = declared.size[self.edge]
+        self.width = self.present_width = declared.size[self.edge]
         gripper = robot.gripper
         self._free = free_space(robot.arm, declared, self._rest)
         depth = gripper.pad_depth(self.width) - gripper.tool_depth
@@ -115,21 +125,35 @@ class Hand:
         """Descend around the object and close on it; leaves phases ``air`` (closing in air) and ``grasp``.
 
         Raises:
-            ActionFailed: ``missed``, if nothing is felt between the pads.
+            ActionFailed: ``missed``, if nothing is felt between the pads; ``displaced``, if something is felt
+                before they are as near as the object is wide.
         """
         gripper = self.robot.gripper
         self.open_fully()
         self.line(self.grasp_pose)
         self.settle(0.2)
-        near = min(self.width + 0.006 + 3 * self.declared.size_sd, gripper.max_opening)
-        with self.tape.phase(action, "air") as air:
-            self.robot.grip(near, gripper.min_speed, MAX_EFFORT)
+        air = self._close_in_air(action)
+        if self._meets_early(air):
+            self._centre()
+            air = self._close_in_air(action)
+            if self._meets_early(air):
+                raise ActionFailed("displaced", "the pads meet something before they have closed to its width")
         with self.tape.phase(action, "grasp") as closing:
-            result = self.robot.grip((1 - GRIP_STRAIN) * self.width, gripper.min_speed, GRIP_EFFORT)
+            result = self.robot.grip((1 - GRIP_STRAIN) * self.present_width, gripper.min_speed, GRIP_EFFORT)
         self._is_laden = True
-        self._air, self.closing = air, closing
+        self.air, self.closing = air, closing
         if result is GripResult.REACHED and not self._feels(closing[len(closing) // 2 :]):
             raise ActionFailed("missed", "the gripper closed without feeling the object")
+
+    def regrasp(self, action: str, opening: float) -> list[Sample]:
+        """Open on the object where it stands and close on it again; leaves a phase ``regrasp``, and returns it."""
+        gripper = self.robot.gripper
+        with self.tape.phase(action, "ungrasp"):
+            self.robot.grip(max(opening, self.robot.read().opening), gripper.min_speed, math.inf)
+        with self.tape.phase(action, "regrasp") as closing:
+            self.robot.grip((1 - GRIP_STRAIN) * self.present_width, gripper.min_speed, GRIP_EFFORT)
+        self.closing = closing
+        return closing
 
     def lift(self, height: float | None = None) -> None:
         """Raise the object straight up, by a height or up to the gate."""
@@ -155,9 +179,15 @@ class Hand:
             raise ActionFailed("dropped", "nothing presses against the pads any more")
 
     def put_back(self, action: str) -> None:
-        """Set the object down where it stood, let go and rise to the gate."""
-        if np.abs(self._q - self._gate).max() < 1e-6 or self._height_above() > 1e-6:
-            self.line(self.grasp_pose)
+        """Set the object down where it stood, let go and rise to the gate.
+
+        Pads that have closed further since the grasp hold it lower in the hand: the hand stays higher by that, or
+        it would press the object onto the table, from where it jumps when it is let go.
+        """
+        gripper, place = self.robot.gripper, self.grasp_pose.copy()
+        place[2, 3] += gripper.pad_depth(self.robot.read().opening) - gripper.pad_depth(self.closing[-1].opening)
+        if self._height_above() > place[2, 3] - self.grasp_pose[2, 3] + 1e-6:
+            self.line(place)
         with self.tape.phase(action, "release"):
             self.robot.grip(
                 min(self.width + 0.006, self.robot.gripper.max_opening), self.robot.gripper.min_speed, math.inf
@@ -180,6 +210,29 @@ class Hand:
         """
         return carried_weight(self.robot.arm, before, after) / 9.81
 
+    def _close_in_air(self, action: str) -> list[Sample]:
+        """Close to just off the object; leaves a phase ``air``, and returns it."""
+        gripper = self.robot.gripper
+        near = min(self.width + 0.006 + 3 * self.declared.size_sd, gripper.max_opening)
+        with self.tape.phase(action, "air") as air:
+            self.robot.grip(near, gripper.min_speed, MAX_EFFORT)
+        return air
+
+    def _centre(self) -> None:
+        """Push an object that stands aside to where both pads touch it, and let go of it there."""
+        self.remarks.append("it did not stand where it was believed to: the pads met it early and moved it")
+        self.robot.grip((1 - GRIP_STRAIN) * self.present_width, self.robot.gripper.min_speed, CENTRING_EFFORT)
+        self.open_fully()
+
+    def _meets_early(self, air: Sequence[Sample]) -> bool:
+        """Tell whether the motor worked harder at the end of closing in air than before."""
+        effort = np.array([sample.effort for sample in air])
+        if len(effort) < 4 * _PUSHED:
+            return False
+        begin, end = effort[: len(effort) // 2], effort[-_PUSHED:]
+        spread = max(float(begin.std()), self.robot.gripper.effort_quantum)
+        return bool(end.mean() - begin.mean() > 5 * spread / math.sqrt(_PUSHED) + 1e-6)
+
     def _run(self, path: Array, speed: float) -> None:
         if np.abs(path - self._q).max() < _SAME:
             return
@@ -194,7 +247,7 @@ class Hand:
         """Tell whether the motor worked harder than in air, by three standard errors and half a step."""
         if len(samples) < 2:
             return False
-        air = np.array([s.effort for s in self._air])
+        air = np.array([s.effort for s in self.air])
         here = np.array([s.effort for s in samples])
         error = math.sqrt(air.var() / len(air) + here.var() / len(here))
         return bool(here.mean() - air.mean() > 3 * error + 0.5 * self.robot.gripper.effort_quantum)

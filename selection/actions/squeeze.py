@@ -11,6 +11,7 @@ from estimation.network import Network
 from estimation.sensor import Sensor
 from selection.actions.action import Findings, Readings
 from selection.actions.hand import MAX_EFFORT, Hand
+from selection.actions.springing import LEAST_STRAIN, Grip
 from selection.planner import ActionModel
 
 CLEARANCE = 0.006  # m that is left to the table when the object is squeezed most
@@ -21,13 +22,10 @@ TRAVEL = 0.03  # m of closing altogether: a stiff object gives little at a time 
 MOST_CYCLES = 8
 LEAST_CYCLES = 3
 MAX_STRAIN = 0.42
-LEAST_STRAIN = 0.03  # to which the object is let spring back, if its weight allows
 SPRUNG_SDS = 5.0  # an object met narrower than known by so many standard deviations has been deformed
 RIGID_STRAIN = 1e-3  # compression of which nothing can be told
 _LOOK = 0.3  # s of holding still to feel the weight
 _SLIPPERY = 0.4  # coefficient of friction that is counted on
-_SAFETY = 1.5  # on the grip force
-_MOST_FRICTION = 1.0  # coefficient that is counted on where friction does harm
 _LOST = 0.15, 0.3  # share of the weight, and N: a change of what is carried that tells of slipping
 
 
@@ -49,7 +47,7 @@ class Squeeze:
         return ActionModel(self.name, (sensor,), self.seconds, "grasp", self.setup_seconds, repeat_cap=1)
 
     def perform(self, hand: Hand) -> None:
-        """Squeeze the object; leaves phases ``air``, ``grasp``, ``compress``, ``dwell``, ``release``.
+        """Squeeze the object; leaves phases ``air``, ``grasp``, ``regrasp``, ``compress``, ``dwell``, ``release``.
 
         The motor current tells of force only while the gripper moves, so the readings are in the steps themselves.
 
@@ -64,21 +62,23 @@ class Squeeze:
             hand.robot.hold(_LOOK)
         hand.grasp(self.name)
         closing = hand.closing
+        again = hand.regrasp(self.name, (1 - LEAST_STRAIN) * hand.width)
         hand.lift(_lift(hand))
         hand.settle()
         with hand.tape.phase(self.name, "look") as laden:
             hand.robot.hold(_LOOK)
         weight = 9.81 * max(hand.rough_payload(empty, laden), 0.0)
         _check_grip(hand, closing, weight)
-        start = _safe_opening(hand, closing, weight)
-        tight = hand.robot.read().opening
+        grip = Grip(hand, closing, again, weight)
         travel, cycle = 0.0, 0
         while cycle < LEAST_CYCLES or (travel < TRAVEL and cycle < MOST_CYCLES):
             # Cycles start a share of the opening's step apart, so that its coarse reading differs.
-            shift = (cycle % LEAST_CYCLES) / LEAST_CYCLES * hand.robot.gripper.opening_quantum
-            if cycle or start - shift > tight:  # what has hardly given way may not give way at all: not yet
+            opening = grip.opening((cycle % LEAST_CYCLES) / LEAST_CYCLES * hand.robot.gripper.opening_quantum)
+            if cycle and opening is None:
+                break  # it gives back too little to be let go at all
+            if opening is not None:
                 with hand.tape.phase(self.name, "release"):
-                    hand.robot.grip(max(start - shift, tight), hand.robot.gripper.min_speed, math.inf)
+                    hand.robot.grip(opening, hand.robot.gripper.min_speed, math.inf)
             gave = _compress(hand)
             travel += gave
             cycle += 1
@@ -92,13 +92,16 @@ class Squeeze:
                 "slipped",
                 f"the pads carried {weight:.1f} N before squeezing and {change:.1f} N more or less after",
             )
+        if grip.keeps_shape():
+            hand.present_width = hand.robot.read().opening
         hand.check_still_held(self.name)
         hand.put_back(self.name)
 
     def measure(self, readings: Readings) -> Findings:
         """Measure elasticity and width."""
         from estimation.carried import held_weight
-        from estimation.squeezing import measure_squeeze
+        from estimation.springing import PLASTIC, lost_work
+        from estimation.squeezing import air_current, measure_squeeze
 
         size, sd, edge = readings.size.mean, readings.size.sd, readings.edge
         _, measurements = measure_squeeze(
@@ -111,6 +114,10 @@ class Squeeze:
             weight=held_weight(readings.robot.arm, readings.phases),
         )
         notes: tuple[str, ...] = ()
+        air, _ = air_current([p.gripper() for p in readings.phases if p.name == "air"], readings.robot.gripper)
+        lost = lost_work(readings.phases, air, readings.robot.gripper.opening_quantum)
+        if lost > PLASTIC:
+            notes += (f"it does not spring back: {lost:.0%} of the work of pressing it is lost",)
         for width in (m for m in measurements if m.property == "width"):
             if width.mean < size[edge] - SPRUNG_SDS * math.hypot(width.sd, sd[edge]):
                 measurements = tuple(m for m in measurements if m is not width)
@@ -157,18 +164,3 @@ def _check_grip(hand: Hand, closing: list[Sample], weight: float) -> None:
             f"the pads press with {force:.1f} N at the strain allowed, which cannot be counted on to hold "
             f"the {weight:.1f} N that the object weighs at least",
         )
-
-
-def _safe_opening(hand: Hand, closing: list[Sample], weight: float) -> float:
-    """Return how far the pads may open without losing the object [m].
-
-    The grip force F must carry the weight, 2 mu F >= safety x weight; the opening at which closing met that
-    force is read off the grasp. Closing on the table reads high, by up to 1 + mu swing, for the pads come down as
-    they close and the object cannot.
-    """
-    gripper = hand.robot.gripper
-    shear = 1 + _MOST_FRICTION * gripper.swing(hand.width)
-    force = shear * _SAFETY * weight / (2 * _SLIPPERY)
-    effort = (force + gripper.friction_force) / gripper.force_per_ampere + 2 * gripper.effort_quantum
-    tight = [sample.opening for sample in closing if sample.effort >= effort]
-    return min(max(tight, default=hand.robot.read().opening), (1 - LEAST_STRAIN) * hand.width)

@@ -1,5 +1,7 @@
 """Simulated objects of every shape: they stand, weigh and give way as what they are, and no warning is raised."""
 
+import math
+
 import mujoco
 import numpy as np
 import pytest
@@ -53,10 +55,25 @@ def test_surface_is_the_shape(shape, fidelity):
     # Points on the surface, flat triangles between: a little inside, (2 pi / 24)^2 / 6 = 1 % each way.
     assert 0.96 * truth.volume < mesh.volume <= truth.volume * (1 + 1e-9)
     if shape in ("sphere", "ellipsoid"):
-        np.testing.assert_allclose(np.linalg.norm(2 * mesh.points / SIZES[shape], axis=1), 1.0, rtol=1e-12)
+        # The rims of flats stand out: out to the next points, 2 pi / 24 away, by 1 - cos of that at most.
+        out = np.linalg.norm(2 * mesh.points / SIZES[shape], axis=1) - 1
+        assert out.min() > -1e-12
+        assert out.max() < (0.035 if fidelity == "uniform" else 1e-12)
     for axis in range(3):  # the ends of the axes, where pads and table meet it, are points of it
         reach = mesh.points[np.argmax(mesh.points[:, axis])]
         assert reach[axis] == pytest.approx(SIZES[shape][axis] / 2)
+
+
+@pytest.mark.parametrize(("shape", "turns"), [("sphere", range(8)), ("ellipsoid", range(0, 8, 2))])
+def test_round_bodies_of_one_cell_are_flat_where_pads_and_table_touch_them(shape, turns):
+    points = surface(thing(shape)).points / SIZES[shape]
+    sides = [(math.cos(turn * math.pi / 4), math.sin(turn * math.pi / 4), 0.0) for turn in turns]
+    for towards in (*sides, (0.0, 0.0, -1.0)):
+        touched = points[points @ towards > 0.5 - 1e-9]
+        # A patch, not a point or a line: a quarter of the radius from its middle both ways.
+        spread = np.linalg.svd(touched - touched.mean(axis=0), compute_uv=False)
+        assert np.linalg.norm(touched - np.array(towards) / 2, axis=1).max() == pytest.approx(0.129, abs=0.001)
+        assert spread[1] > 0.1
 
 
 @pytest.mark.parametrize("shape", SHAPES)
