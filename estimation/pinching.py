@@ -5,9 +5,9 @@ driven down along its sides. Where all of a pad slides the same way the arm feel
 weighs. Pads that judder slide in several ways at once, and hold with less: T is taken from the upper part of its
 readings, and what it still falls short by is in ``NET``.
 
-F is read when the gripper begins to close again, right after the slide, for a locked gripper's current says nothing
-of force. The pads swing down as they close, by ``gripper.swing`` of their way, against the friction on them: the
-motor feels F + swing T / 2.
+F is read when the gripper begins to close again, right after the slide, for a locked gripper's current says
+nothing of force. The pads swing down as they close, by ``gripper.swing`` of their way, against the friction on
+them: the motor feels F + swing T / 2.
 """
 
 from __future__ import annotations
@@ -30,14 +30,17 @@ from estimation.squeezing import CURRENT_RELATIVE_SD, CURRENT_SD, air_current
 
 Array = NDArray[np.float64]
 
-SLIDING = (0.5, 0.9)  # shares of the time of a slide between which the pads slide: later they slow down and stop
-UPPER = (
-    0.85  # quantile of the readings in that time: what pulls them down is judder, which F does not take part in
+LATE = (
+    0.5  # share of the time of a slide from which it counts: before, the object is sheared and does not slide yet
 )
-SMOOTH, SMOOTH_AIR = 3, 7  # samples of a running mean of the torques, with contact and without
-NET = 0.97  # of T over 2 mu F; simulation, over the objects of benchmarks.friction_in_simulation
-PINCH_SD = 0.05  # relative; what objects differ by in it, common to all slides of one
-SLIDE_SD, SLIDE_KNOWN = 0.1, 4.0  # relative; scatter of one slide, and how many slides it is known as well as from
+UPPER = 0.95  # quantile of the readings in that time: judder lets the pads slide several ways and pull less
+RESTING = 0.1  # share of the time of a slide in which the pads have come to rest, at its end
+UPPER_SHARE = 0.75  # of T, the rest is what is left at the end, when F is read
+FALL_SD = 0.5  # of one slide, per fall from the one to the other: pads that jumped had another F before
+SMOOTH, SMOOTH_AIR = 5, 7  # samples of a running mean of the torques, with contact and without
+NET = 0.96  # of T over 2 mu F; simulation, the objects of benchmarks.friction_in_simulation
+PINCH_SD = 0.06  # relative; what objects differ by in it, common to all slides of one
+SLIDE_SD, SLIDE_KNOWN = 0.07, 4.0  # relative; of one slide, and how many slides would tell as much as is known
 NEVER_SLID = 1.8  # ratio of the force at the end over that in the middle of the way; 2 where nothing slides
 NEAR = 5  # readings of a closing that tell the force at its start
 FELL = 0.2  # share of the force by which it may not fall as the gripper closes, or the pads have jumped
@@ -51,7 +54,7 @@ class Slide:
 
     Attributes:
         tangential: while it slid, on both pads together [N].
-        middle, end: tangential force half way and at the end [N].
+        middle, end: tangential force half way and at the end, when the pads have come to rest [N].
         before, after: force of a pad when it began, roughly, and when it was over [N].
         force_sd: of the force when it was over, by the noise of the readings [N].
     """
@@ -73,21 +76,28 @@ class Slide:
         """Coefficient of friction [-]."""
         return self.tangential / (2 * NET * self.force)
 
+    @property
+    def relative_sd(self) -> float:
+        """Relative standard deviation of the coefficient, as far as slides differ in it [-]."""
+        fall = abs(self.tangential - self.end) / UPPER_SHARE / self.tangential
+        return math.hypot(SLIDE_SD, self.force_sd / self.force, FALL_SD * fall)
+
 
 def measure_pinched_rub(
     arm: Arm, gripper: ParallelGripper, phases: Sequence[Phase]
 ) -> tuple[FrictionEstimate, Measurement]:
     """Estimate friction from slides of closed pads down the sides of an object.
 
-    mu = T / (2 F) of every slide; slides are fused with odd ones weighed down. Their scatter is part what is known of
-    slides and part how these differ, (n0 s0^2 + sum r^2) / (n0 + n - 1) with the residuals r. The uncertainty of the
-    force's calibration, of the torque sensors' scale and of the method are common to all and added after.
+    mu = T / (2 F) of every slide; slides are fused with odd ones weighed down. Their variance is in part what is
+    known of slides and in part how these differ, by (n0 + sum r^2) / (n0 + n - 1) with their residuals r over what
+    is known. The uncertainty of the force's calibration, of the torque sensors' scale and of the method are common
+    to all and added after.
 
     Args:
         arm, gripper: their descriptions.
         phases: ``idle`` (the gripper closes in air), ``air`` (the slide's motion with nothing between the pads),
-            and for every ``slide`` a ``touch`` or ``press`` (the gripper closes on the object) before, and a ``press``
-            after it.
+            and for every ``slide`` a ``touch`` or ``press`` (the gripper closes on the object) before it, and a
+            ``press`` after it.
 
     Raises:
         InvalidInput: if phases are missing, the pads press too little to tell, or never slid.
@@ -98,17 +108,15 @@ def measure_pinched_rub(
         least = max(slide.end / (2 * slide.force) for slide in stuck)
         raise InvalidInput("rub: slides", "forces that only rise", f"pads that slide; mu is {least:.2f} or more")
     found = np.array([slide.coefficient for slide in slides])
-    scatter = _scatter(found / np.median(found) - 1)
-    readings = [
-        Measurement("friction", s.coefficient, s.coefficient * math.hypot(scatter, s.force_sd / s.force), "1")
-        for s in slides
-    ]
-    fused = fuse(readings)
+    middle = float(np.median(found))
+    own = np.array([slide.relative_sd for slide in slides])
+    fused = fuse([Measurement("friction", c, middle * sd, "1") for c, sd in zip(found, own, strict=True)])
+    spread = fused.sd * _differ((found / fused.mean - 1) / own)
     normal = float(np.median([slide.force for slide in slides]))
     common = math.hypot(
         float(gripper.force_sd(np.array([normal]))[0]) / normal, math.sqrt(2) * arm.torque_gain_sd, PINCH_SD
     )
-    mu, sd = fused.mean, math.hypot(fused.sd, common * fused.mean)
+    mu, sd = fused.mean, math.hypot(spread, common * fused.mean)
     interval = (max(mu - 1.96 * sd, 0.0), mu + 1.96 * sd)
     estimate = FrictionEstimate(mu, sd, interval, mu, math.nan, 0.0, normal, "pinched rub")
     return estimate, estimate.measurement()
@@ -140,12 +148,13 @@ def find_slides(arm: Arm, gripper: ParallelGripper, phases: Sequence[Phase]) -> 
             continue
         pull = _running_mean(baseline.tangential(phases[number].samples), SMOOTH)
         count = len(pull)
-        sliding = pull[round(SLIDING[0] * count) : round(SLIDING[1] * count)]
+        upper = float(np.quantile(pull[round(LATE * count) :], UPPER))
+        end = float(np.median(pull[round((1 - RESTING) * count) :]))
         found.append(
             Slide(
-                tangential=float(np.quantile(sliding, UPPER)),
+                tangential=UPPER_SHARE * upper + (1 - UPPER_SHARE) * end,
                 middle=float(np.median(pull[round(0.4 * count) : round(0.6 * count)])),
-                end=float(np.median(pull[round(0.8 * count) :])),
+                end=end,
                 before=_closed(gripper, phases[max(before)].samples, air),
                 after=pressed[0],
                 force_sd=pressed[1],
@@ -232,14 +241,13 @@ def _closed(gripper: ParallelGripper, samples: Sequence[Sample], air: float) -> 
     return gripper.force_per_ampere * max(effort - air, 0.0) + gripper.friction_force
 
 
-def _scatter(residual: Array) -> float:
-    """Return the relative standard deviation of one slide, from what is known of slides and how these differ.
+def _differ(residual: Array) -> float:
+    """Return by how much slides differ more than is known of slides, from residuals over their sd.
 
     One that went wrong counts as three standard deviations: it is weighed down where slides are fused.
     """
-    usual = np.clip(residual, -3 * SLIDE_SD, 3 * SLIDE_SD)
-    squares = SLIDE_KNOWN * SLIDE_SD**2 + float(usual @ usual)
-    return math.sqrt(squares / (SLIDE_KNOWN + len(usual) - 1))
+    usual = np.clip(residual, -3.0, 3.0)
+    return math.sqrt((SLIDE_KNOWN + float(usual @ usual)) / (SLIDE_KNOWN + len(usual) - 1))
 
 
 def _locked(effort: Sequence[float]) -> float:

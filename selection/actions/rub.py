@@ -115,7 +115,7 @@ class Rub:
         return Findings((measurement,))
 
     def _pinch(self, hand: Hand, air: float, target: float) -> float:
-        """Close on the object until the pads press as wanted, as far as it is stiff; return the force of a pad [N]."""
+        """Close until the pads press as wanted, as far as the object is stiff; return the force of a pad [N]."""
         gripper = hand.robot.gripper
         with hand.tape.phase(self.name, "touch") as touch:
             result = hand.robot.grip(0.65 * hand.width, gripper.min_speed, TOUCH_EFFORT + air)
@@ -180,5 +180,5 @@ def _force(hand: Hand, closing: Sequence[Sample], air: float) -> float:
 
 
 def _pull(hand: Hand, free: Sequence[Sample], slide: Sequence[Sample]) -> float:
-    """Return what the table held against in the second half of a slide, roughly [N]; < 0 for an object in the air."""
+    """Return what the table held against in the end of a slide, roughly [N]; < 0 for an object in the air."""
     return -9.81 * hand.rough_payload(free[len(free) // 2 :], slide[len(slide) // 2 :])

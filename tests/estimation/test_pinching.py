@@ -130,7 +130,7 @@ def test_readings_of_the_sensors_are_within_the_uncertainty():
         phases = rub(0.5, rng, noise=0.1, current_noise=0.01)
         errors.append(measure_pinched_rub(ARM, GRIPPER, phases)[0].coefficient * NET / 0.5 - 1)
     assert abs(np.mean(errors)) < 0.05  # the upper part of a noisy pull reads a little high
-    assert np.std(errors) < SLIDE_SD / 2  # four slides
+    assert np.std(errors) < 1.5 * SLIDE_SD / 2  # four slides, and what the force is read to
 
 
 def test_slides_that_differ_more_than_is_known_of_them_widen_the_uncertainty():
