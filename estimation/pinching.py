@@ -3,7 +3,7 @@
 The object stands on the table between the pads, which press on it from both sides with a force F and are then
 driven down along its sides. Where all of a pad slides the same way the arm feels T = 2 mu F, whatever the object
 weighs. Pads that judder slide in several ways at once, and hold with less: T is taken from the upper part of its
-readings, and what it still falls short by is in ``NET``.
+readings, and what it still falls short by is in :func:`net_share`.
 
 F is read when the gripper begins to close again, right after the slide, for a locked gripper's current says
 nothing of force. The pads swing down as they close, by ``gripper.swing`` of their way, against the friction on
@@ -38,8 +38,8 @@ RESTING = 0.1  # share of the time of a slide in which the pads have come to res
 UPPER_SHARE = 0.75  # of T, the rest is what is left at the end, when F is read
 FALL_SD = 0.5  # of one slide, per fall from the one to the other: pads that jumped had another F before
 SMOOTH, SMOOTH_AIR = 5, 7  # samples of a running mean of the torques, with contact and without
-NET = 0.96  # of T over 2 mu F; simulation, the objects of benchmarks.friction_in_simulation
-PINCH_SD = 0.06  # relative; what objects differ by in it, common to all slides of one
+NET, WEDGED = 0.93, 0.07  # T over 2 mu F is NET + WEDGED (T / 2F)^2; simulation, see docs/stiffness.md
+PINCH_SD = 0.05  # relative; what objects differ by in it, common to all slides of one
 SLIDE_SD, SLIDE_KNOWN = 0.07, 4.0  # relative; of one slide, and how many slides would tell as much as is known
 NEVER_SLID = 1.8  # ratio of the force at the end over that in the middle of the way; 2 where nothing slides
 NEAR = 5  # readings of a closing that tell the force at its start
@@ -74,13 +74,19 @@ class Slide:
     @property
     def coefficient(self) -> float:
         """Coefficient of friction [-]."""
-        return self.tangential / (2 * NET * self.force)
+        ratio = self.tangential / (2 * self.force)
+        return ratio / net_share(ratio)
 
     @property
     def relative_sd(self) -> float:
         """Relative standard deviation of the coefficient, as far as slides differ in it [-]."""
         fall = abs(self.tangential - self.end) / UPPER_SHARE / self.tangential
         return math.hypot(SLIDE_SD, self.force_sd / self.force, FALL_SD * fall)
+
+
+def net_share(ratio: float) -> float:
+    """Return T over 2 mu F for T over 2F [-]: judder takes off a little, sides dragged along wedge the pads."""
+    return NET + WEDGED * min(ratio, 1.0) ** 2
 
 
 def measure_pinched_rub(

@@ -25,7 +25,8 @@ APPROACH = 0.03  # m above the start from which it is approached, always downwar
 SLIDE_SPEED = 0.05  # share of the arm's limits
 REST = 0.2  # s after a slide
 TOUCH_EFFORT = 0.05  # A at which the pads have met the object
-FIRST_FORCE, LEAST_FORCE, MOST_FORCE = 8.0, 3.0, 15.0  # N of a pad
+FIRST_FORCE, LEAST_FORCE, MOST_FORCE = 8.0, 6.5, 15.0  # N of a pad; less is hard to tell from a locked gripper
+FIRM = 2.5  # N of a pad, to go on with
 WANTED_PULL = 12.0  # N on both pads together
 GRIP_TRAVEL = 0.0025  # m that a pad's force may compress the object by, beyond the least force
 PRESS_SHARE = 0.2  # of the wanted force, by which a press to bring it about raises it at least
@@ -70,7 +71,8 @@ class Rub:
 
         Raises:
             ActionFailed: ``unsuitable`` for an object whose sides are not upright or leave no way to slide,
-                ``missed`` if nothing is felt between the pads, ``pushed`` if the object goes along with them.
+                ``missed`` if nothing is felt between the pads, ``too soft`` if they cannot press on the object,
+                ``pushed`` if it goes along with them.
         """
         top, bottom = _stroke(hand)
         above = top.copy()
@@ -120,7 +122,7 @@ class Rub:
         with hand.tape.phase(self.name, "touch") as touch:
             result = hand.robot.grip(0.65 * hand.width, gripper.min_speed, TOUCH_EFFORT + air)
         force = _force(hand, touch, air)
-        if result is GripResult.REACHED and force < LEAST_FORCE / 2:
+        if result is GripResult.REACHED and force < FIRM:
             raise ActionFailed("missed", "the gripper closed without feeling the object")
         compressed = max(hand.width - hand.robot.read().opening, gripper.opening_quantum, 1e-4)
         stiffness = force / compressed
@@ -133,6 +135,8 @@ class Rub:
             with hand.tape.phase(self.name, "press") as press:
                 _close_by(hand, travel, target, air)
             force = max(_force(hand, press, air), force)
+        if force < FIRM:
+            raise ActionFailed("too soft", f"the pads press with {force:.1f} N; {LEAST_FORCE:g} N are wanted")
         return force
 
 
