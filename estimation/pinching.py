@@ -1,9 +1,11 @@
 """What a rub along the sides of a pinched object tells: a coefficient of friction, by gripper and joint torques.
 
 The object stands on the table between the pads, which press on it from both sides with a force F and are then
-driven down along its sides. At the limit of friction the arm feels T = 2 mu F, whatever the object weighs.
+driven down along its sides. Where all of a pad slides the same way the arm feels T = 2 mu F, whatever the object
+weighs. Pads that judder slide in several ways at once, and hold with less: T is taken from the upper part of its
+readings, and what it still falls short by is in :func:`net_share`.
 
-F is read while the gripper closes, shortly before and after the pads slide, for a locked gripper's current says
+F is read when the gripper begins to close again, right after the slide, for a locked gripper's current says
 nothing of force. The pads swing down as they close, by ``gripper.swing`` of their way, against the friction on
 them: the motor feels F + swing T / 2.
 """
@@ -24,17 +26,25 @@ from dynamics.signals import Phase, Sample
 from estimation.friction import FrictionEstimate
 from estimation.fusion import fuse
 from estimation.measurement import Measurement
-from estimation.squeezing import air_current
+from estimation.squeezing import CURRENT_RELATIVE_SD, CURRENT_SD, air_current
 
 Array = NDArray[np.float64]
 
-SLIDING_SHARE = 0.5  # of the time of a slide, its end: before, the object is sheared and does not slide yet
-CAUGHT = 1.2  # ratio to the force at the end above which the pads had caught on something rather than slid
-SMOOTH, SMOOTH_AIR = 3, 7  # samples of a running mean of the torques, with contact and without
-SLIDE_SD = 0.12  # relative; scatter of one slide, from the simulation: stick and slip, and what F does meanwhile
-PINCH_SD = 0.06  # relative, common to all slides: where in stick and slip the limit is, how pads lie on sides
+LATE = (
+    0.5  # share of the time of a slide from which it counts: before, the object is sheared and does not slide yet
+)
+UPPER = 0.95  # quantile of the readings in that time: judder lets the pads slide several ways and pull less
+RESTING = 0.1  # share of the time of a slide in which the pads have come to rest, at its end
+UPPER_SHARE = 0.75  # of T, the rest is what is left at the end, when F is read
+FALL_SD = 0.5  # of one slide, per fall from the one to the other: pads that jumped had another F before
+SMOOTH, SMOOTH_AIR = 5, 7  # samples of a running mean of the torques, with contact and without
+NET, WEDGED = 0.93, 0.07  # T over 2 mu F is NET + WEDGED (T / 2F)^2; simulation, see docs/stiffness.md
+PINCH_SD = 0.05  # relative; what objects differ by in it, common to all slides of one
+SLIDE_SD, SLIDE_KNOWN = 0.07, 4.0  # relative; of one slide, and how many slides would tell as much as is known
 NEVER_SLID = 1.8  # ratio of the force at the end over that in the middle of the way; 2 where nothing slides
-NEAR = 5  # samples of a closing that tell the force at its start or end
+NEAR = 5  # readings of a closing that tell the force at its start
+FELL = 0.2  # share of the force by which it may not fall as the gripper closes, or the pads have jumped
+ROSE = 1.2  # times the force at the start, beyond noise, to which a closing tells of it
 FELT = 0.5  # N; smaller forces cannot be told from the gripper's own friction
 
 
@@ -44,9 +54,9 @@ class Slide:
 
     Attributes:
         tangential: while it slid, on both pads together [N].
-        middle, end: tangential force half way and at the end [N].
-        before, after: force of a pad when it began and when it was over [N].
-        force_sd: of the force, by the scatter of the readings [N].
+        middle, end: tangential force half way and at the end, when the pads have come to rest [N].
+        before, after: force of a pad when it began, roughly, and when it was over [N].
+        force_sd: of the force when it was over, by the noise of the readings [N].
     """
 
     tangential: float
@@ -58,13 +68,25 @@ class Slide:
 
     @property
     def force(self) -> float:
-        """Force of a pad while it slid, in the middle of the time that counts [N]."""
-        return self.before + (1 - SLIDING_SHARE / 2) * (self.after - self.before)
+        """Force of a pad while it slid [N]: that when it was over, better known and longer there than before."""
+        return self.after
 
     @property
     def coefficient(self) -> float:
         """Coefficient of friction [-]."""
-        return self.tangential / (2 * self.force)
+        ratio = self.tangential / (2 * self.force)
+        return ratio / net_share(ratio)
+
+    @property
+    def relative_sd(self) -> float:
+        """Relative standard deviation of the coefficient, as far as slides differ in it [-]."""
+        fall = abs(self.tangential - self.end) / UPPER_SHARE / self.tangential
+        return math.hypot(SLIDE_SD, self.force_sd / self.force, FALL_SD * fall)
+
+
+def net_share(ratio: float) -> float:
+    """Return T over 2 mu F for T over 2F [-]: judder takes off a little, sides dragged along wedge the pads."""
+    return NET + WEDGED * min(ratio, 1.0) ** 2
 
 
 def measure_pinched_rub(
@@ -72,13 +94,16 @@ def measure_pinched_rub(
 ) -> tuple[FrictionEstimate, Measurement]:
     """Estimate friction from slides of closed pads down the sides of an object.
 
-    mu = T / (2 F) of every slide; slides are fused with odd ones weighed down. The uncertainty of the force's
-    calibration, of the torque sensors' scale and of the method are common to all and added after.
+    mu = T / (2 F) of every slide; slides are fused with odd ones weighed down. Their variance is in part what is
+    known of slides and in part how these differ, by (n0 + sum r^2) / (n0 + n - 1) with their residuals r over what
+    is known. The uncertainty of the force's calibration, of the torque sensors' scale and of the method are common
+    to all and added after.
 
     Args:
         arm, gripper: their descriptions.
         phases: ``idle`` (the gripper closes in air), ``air`` (the slide's motion with nothing between the pads),
-            and for every ``slide`` a ``press`` (the gripper closes on the object) before and after it.
+            and for every ``slide`` a ``touch`` or ``press`` (the gripper closes on the object) before it, and a
+            ``press`` after it.
 
     Raises:
         InvalidInput: if phases are missing, the pads press too little to tell, or never slid.
@@ -88,19 +113,19 @@ def measure_pinched_rub(
     if len(stuck) > len(slides) / 2:
         least = max(slide.end / (2 * slide.force) for slide in stuck)
         raise InvalidInput("rub: slides", "forces that only rise", f"pads that slide; mu is {least:.2f} or more")
-    readings = [
-        Measurement("friction", s.coefficient, s.coefficient * math.hypot(SLIDE_SD, s.force_sd / s.force), "1")
-        for s in slides
-    ]
-    fused = fuse(readings)
+    found = np.array([slide.coefficient for slide in slides])
+    middle = float(np.median(found))
+    own = np.array([slide.relative_sd for slide in slides])
+    fused = fuse([Measurement("friction", c, middle * sd, "1") for c, sd in zip(found, own, strict=True)])
+    spread = fused.sd * _differ((found / fused.mean - 1) / own)
     normal = float(np.median([slide.force for slide in slides]))
     common = math.hypot(
         float(gripper.force_sd(np.array([normal]))[0]) / normal, math.sqrt(2) * arm.torque_gain_sd, PINCH_SD
     )
-    mu, sd = fused.mean, math.hypot(fused.sd, common * fused.mean)
+    mu, sd = fused.mean, math.hypot(spread, common * fused.mean)
     interval = (max(mu - 1.96 * sd, 0.0), mu + 1.96 * sd)
-    found = FrictionEstimate(mu, sd, interval, mu, math.nan, 0.0, normal, "pinched rub")
-    return found, found.measurement()
+    estimate = FrictionEstimate(mu, sd, interval, mu, math.nan, 0.0, normal, "pinched rub")
+    return estimate, estimate.measurement()
 
 
 def find_slides(arm: Arm, gripper: ParallelGripper, phases: Sequence[Phase]) -> tuple[Slide, ...]:
@@ -112,6 +137,7 @@ def find_slides(arm: Arm, gripper: ParallelGripper, phases: Sequence[Phase]) -> 
     free = [phase for phase in phases if phase.name == "air"]
     slides = [number for number, phase in enumerate(phases) if phase.name == "slide"]
     presses = [number for number, phase in enumerate(phases) if phase.name == "press"]
+    touches = [number for number, phase in enumerate(phases) if phase.name == "touch"]
     if not free or not slides:
         raise InvalidInput("rub: phases", sorted({p.name for p in phases}), "phases named air and slide")
     air, _ = air_current([phase.gripper() for phase in phases if phase.name == "idle"], gripper)
@@ -119,26 +145,25 @@ def find_slides(arm: Arm, gripper: ParallelGripper, phases: Sequence[Phase]) -> 
     baseline = _Baseline(arm, free[0].samples)
     found = []
     for number in slides:
-        before = [p for p in presses if p < number]
+        before = [p for p in (*touches, *presses) if p < number]
         after = [p for p in presses if p > number]
         if not before or not after:
-            raise InvalidInput("rub: phases", "a slide without a press before and after it", "both")
-        first = _press(arm, gripper, phases[before[-1]].samples, baseline.first, air, locked)
-        last = _press(arm, gripper, phases[after[0]].samples, baseline.last, air, locked)
-        if first is None or last is None or min(first[1], last[0]) < FELT:
+            raise InvalidInput("rub: phases", "a slide without a press after it, or a touch before it", "both")
+        pressed = _pressed(arm, gripper, phases[min(after)].samples, baseline.last, air, locked)
+        if pressed is None or pressed[0] < FELT:
             continue
         pull = _running_mean(baseline.tangential(phases[number].samples), SMOOTH)
         count = len(pull)
-        sliding = pull[round(count * (1 - SLIDING_SHARE)) :]
-        end = float(np.median(pull[round(0.8 * count) :]))
+        upper = float(np.quantile(pull[round(LATE * count) :], UPPER))
+        end = float(np.median(pull[round((1 - RESTING) * count) :]))
         found.append(
             Slide(
-                tangential=min(float(np.median(sliding)), CAUGHT * end),
+                tangential=UPPER_SHARE * upper + (1 - UPPER_SHARE) * end,
                 middle=float(np.median(pull[round(0.4 * count) : round(0.6 * count)])),
                 end=end,
-                before=first[1],
-                after=last[0],
-                force_sd=math.hypot(first[2], last[2]) / 2,
+                before=_closed(gripper, phases[max(before)].samples, air),
+                after=pressed[0],
+                force_sd=pressed[1],
             )
         )
     if not found:
@@ -184,39 +209,51 @@ def tangential(arm: Arm, sample: Sample, free: Array) -> float:
     return float(np.linalg.norm(force - closing * (closing @ force)))
 
 
-def _press(
+def _pressed(
     arm: Arm, gripper: ParallelGripper, samples: Sequence[Sample], free: Array, air: float, locked: float
-) -> tuple[float, float, float] | None:
-    """Return the force of a pad at the start and the end of a closing and their sd [N]; None if it says nothing.
+) -> tuple[float, float] | None:
+    """Return the force of a pad as a gripper begins to close and its sd [N]; None if the readings do not say.
 
-    A closing speeds up evenly at first, and slows down evenly at last: the force goes with the square of the time.
+    A closing speeds up evenly at first: the force rises with the square of the time, F(t) = F + c t^2, until the
+    pads jump.
     """
     at = np.flatnonzero([s.effort > locked for s in samples])
     if not len(at):
         return None
-    used = samples[at[0] : at[-1] + 1]
-    motor = gripper.force_per_ampere * (np.array([s.effort for s in used]) - air) + gripper.friction_force
+    used = samples[at[0] : at[-1] + 1][:NEAR]
+    effort = np.array([s.effort for s in used])
+    pull = np.array([tangential(arm, s, free) for s in used])
     swing = np.array([gripper.swing(s.opening) for s in used])
-    force = motor - swing * np.array([tangential(arm, s, free) for s in used]) / 2
-    steps = np.arange(1.0, len(force) + 1)
-    start, start_sd = _intercept(steps[:NEAR] ** 2, force[:NEAR])
-    end, end_sd = _intercept((steps[:NEAR] - 1) ** 2, force[::-1][:NEAR])
-    return start, end, math.hypot(start_sd, end_sd) / math.sqrt(2)
+    force = gripper.force_per_ampere * (effort - air) + gripper.friction_force - swing * pull / 2
+    noise = math.hypot(
+        CURRENT_SD, gripper.effort_quantum / math.sqrt(12.0), CURRENT_RELATIVE_SD * float(effort[0])
+    )
+    sd = gripper.force_per_ampere * noise
+    ends = (force < (1 - FELL) * np.maximum.accumulate(force) - 2 * sd) | (force > ROSE * force[0] + 2 * sd)
+    if ends.any():
+        force = force[: max(int(np.argmax(ends)), 1)]
+    squares = np.arange(1.0, len(force) + 1) ** 2
+    spread = float(np.sum((squares - squares.mean()) ** 2))
+    rise = float((squares - squares.mean()) @ force) / spread if spread else 0.0
+    if rise <= 0:
+        return float(force.mean()), sd / math.sqrt(len(force))
+    start = float(force.mean() - rise * squares.mean())
+    return start, sd * math.sqrt(1 / len(force) + squares.mean() ** 2 / spread)
 
 
-def _intercept(x: Array, force: Array) -> tuple[float, float]:
-    """Return the value at 0 of a line through forces and its standard deviation [N]; the mean of fewer than 3."""
-    if len(force) < 3:
-        return float(force.mean()), float(np.ptp(force)) / 2
-    (slope, value), covariance = np.polyfit(x, force, 1), np.linalg.inv(_normal(x))
-    residual = force - slope * x - value
-    return float(value), math.sqrt(float(covariance[1, 1] * (residual @ residual)) / (len(force) - 2))
+def _closed(gripper: ParallelGripper, samples: Sequence[Sample], air: float) -> float:
+    """Return about what a pad pressed with at the end of a closing [N]."""
+    effort = max(s.effort for s in samples[len(samples) // 2 :])
+    return gripper.force_per_ampere * max(effort - air, 0.0) + gripper.friction_force
 
 
-def _normal(x: Array) -> Array:
-    design = np.stack([x, np.ones_like(x)], axis=1)
-    normal: Array = design.T @ design
-    return normal
+def _differ(residual: Array) -> float:
+    """Return by how much slides differ more than is known of slides, from residuals over their sd.
+
+    One that went wrong counts as three standard deviations: it is weighed down where slides are fused.
+    """
+    usual = np.clip(residual, -3.0, 3.0)
+    return math.sqrt((SLIDE_KNOWN + float(usual @ usual)) / (SLIDE_KNOWN + len(usual) - 1))
 
 
 def _locked(effort: Sequence[float]) -> float:

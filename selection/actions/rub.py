@@ -25,13 +25,18 @@ APPROACH = 0.03  # m above the start from which it is approached, always downwar
 SLIDE_SPEED = 0.05  # share of the arm's limits
 REST = 0.2  # s after a slide
 TOUCH_EFFORT = 0.05  # A at which the pads have met the object
-FIRST_FORCE, LEAST_FORCE, MOST_FORCE = 8.0, 3.0, 15.0  # N of a pad
+FIRST_FORCE, LEAST_FORCE, MOST_FORCE = 8.0, 6.5, 15.0  # N of a pad; less is hard to tell from a locked gripper
+FIRM = 2.5  # N of a pad, to go on with
 WANTED_PULL = 12.0  # N on both pads together
 GRIP_TRAVEL = 0.0025  # m that a pad's force may compress the object by, beyond the least force
-PRESS_SHARE = 0.4  # by which a press raises the force
-SHORTEST_PRESS, LONGEST_PRESS = 1e-4, 0.0015  # m
+PRESS_SHARE = 0.2  # of the wanted force, by which a press to bring it about raises it at least
+SHORTEST_PRESS, LONGEST_PRESS = 1e-4, 0.003  # m, to bring the force about
+LAST_PRESS = 0.001  # m of the press after a slide: half a dozen readings while the gripper speeds up
+RAISE = 15.0  # N by which the press after a slide may raise the force
+GIVE = 2e-4  # m that a loaded gripper may stand open beyond its command: to less, it would open
 STEPS = 3  # of the opening's reading that a press is at least, for a gripper obeys no finer ones
 PRESSES = 6  # at most, to bring the force about
+ENOUGH = 0.8  # of the wanted force, that is left as it is
 BRACED = 0.5  # N that a slide must be felt by at least
 _UPRIGHT = ("box",)  # shapes with sides that go straight up
 
@@ -60,11 +65,14 @@ class Rub:
         _stroke(hand)
 
     def perform(self, hand: Hand) -> None:
-        """Rub the object; leaves phases ``idle``, ``air``, and ``press``, ``slide``, ``press`` for every slide.
+        """Rub the object; leaves phases ``idle``, ``air``, and ``touch``, ``slide``, ``press`` for every slide.
+
+        A ``press`` or more between ``touch`` and ``slide`` bring the force about where the touch has not.
 
         Raises:
             ActionFailed: ``unsuitable`` for an object whose sides are not upright or leave no way to slide,
-                ``missed`` if nothing is felt between the pads, ``pushed`` if the object goes along with them.
+                ``missed`` if nothing is felt between the pads, ``too soft`` if they cannot press on the object,
+                ``pushed`` if it goes along with them.
         """
         top, bottom = _stroke(hand)
         above = top.copy()
@@ -85,18 +93,18 @@ class Rub:
             hand.line(above)
             hand.line(top)
             hand.settle()
-            travel = self._pinch(hand, air, target)
+            force = self._pinch(hand, air, target)
             with hand.tape.phase(self.name, "slide") as slide:
                 hand.line(bottom, SLIDE_SPEED)
                 hand.robot.hold(REST)
-            with hand.tape.phase(self.name, "press") as press:
-                _close_by(hand, travel, 2 * target, air)
             pull = _pull(hand, free, slide)
+            with hand.tape.phase(self.name, "press"):
+                _close_by(hand, LAST_PRESS, force + hand.robot.gripper.swing(hand.width) * pull / 2 + RAISE, air)
             if pull < BRACED:
                 raise ActionFailed(
                     "pushed", "the object went along with the pads instead of standing on the table"
                 )
-            ratios.append(pull / (2 * max(_force(hand, press, air), 1.0)))
+            ratios.append(pull / (2 * max(force, 1.0)))
             _open_around(hand)
             target = float(np.clip(WANTED_PULL / (2 * np.median(ratios)), LEAST_FORCE, MOST_FORCE))
         hand.retreat()
@@ -109,26 +117,27 @@ class Rub:
         return Findings((measurement,))
 
     def _pinch(self, hand: Hand, air: float, target: float) -> float:
-        """Close on the object until the pads press as wanted, as far as it is stiff; return the last way [m]."""
+        """Close until the pads press as wanted, as far as the object is stiff; return the force of a pad [N]."""
         gripper = hand.robot.gripper
         with hand.tape.phase(self.name, "touch") as touch:
             result = hand.robot.grip(0.65 * hand.width, gripper.min_speed, TOUCH_EFFORT + air)
         force = _force(hand, touch, air)
-        if result is GripResult.REACHED and force < LEAST_FORCE / 2:
+        if result is GripResult.REACHED and force < FIRM:
             raise ActionFailed("missed", "the gripper closed without feeling the object")
         compressed = max(hand.width - hand.robot.read().opening, gripper.opening_quantum, 1e-4)
         stiffness = force / compressed
         target = min(target, max(GRIP_TRAVEL * stiffness, LEAST_FORCE))
-        travel = 0.0
         for _ in range(PRESSES):
-            rise = max(target - force, PRESS_SHARE / 2 * target)
+            if force >= ENOUGH * target:
+                break
+            rise = max(target - force, PRESS_SHARE * target)
             travel = min(max(rise / stiffness, SHORTEST_PRESS), LONGEST_PRESS)
             with hand.tape.phase(self.name, "press") as press:
                 _close_by(hand, travel, target, air)
-            force = _force(hand, press, air)
-            if force >= 0.8 * target:
-                break
-        return min(max(PRESS_SHARE * target / stiffness, SHORTEST_PRESS), LONGEST_PRESS)
+            force = max(_force(hand, press, air), force)
+        if force < FIRM:
+            raise ActionFailed("too soft", f"the pads press with {force:.1f} N; {LEAST_FORCE:g} N are wanted")
+        return force
 
 
 def _stroke(hand: Hand) -> tuple[Array, Array]:
@@ -158,19 +167,22 @@ def _open_around(hand: Hand) -> None:
 def _close_by(hand: Hand, travel: float, most: float, air: float) -> None:
     """Close further by a way, or until a pad presses with a force [m, N]."""
     gripper = hand.robot.gripper
-    travel = max(travel, STEPS * gripper.opening_quantum)
+    travel = max(travel, STEPS * gripper.opening_quantum) + GIVE
     limit = min(air + most / gripper.force_per_ampere, MAX_EFFORT)
     hand.robot.grip(max(hand.robot.read().opening - travel, 0.0), gripper.min_speed, limit)
 
 
 def _force(hand: Hand, closing: Sequence[Sample], air: float) -> float:
-    """Return about what a pad pressed with at the end of a closing [N]."""
+    """Return about what a pad pressed with at the end of a closing [N].
+
+    The largest current of its second half: one that stalls ends on its largest, another may end with readings of
+    a gripper that stands.
+    """
     gripper = hand.robot.gripper
-    efforts = [sample.effort for sample in closing[-3:]]
-    return gripper.force_per_ampere * max(float(np.mean(efforts)) - air, 0.0) + gripper.friction_force
+    effort = max(sample.effort for sample in closing[len(closing) // 2 :])
+    return gripper.force_per_ampere * max(effort - air, 0.0) + gripper.friction_force
 
 
 def _pull(hand: Hand, free: Sequence[Sample], slide: Sequence[Sample]) -> float:
-    """Return what the table held against at the end of a slide, roughly [N]; < 0 for an object in the air."""
-    rest = 10  # samples
-    return -9.81 * hand.rough_payload(free[-rest:], slide[-rest:])
+    """Return what the table held against in the end of a slide, roughly [N]; < 0 for an object in the air."""
+    return -9.81 * hand.rough_payload(free[len(free) // 2 :], slide[len(slide) // 2 :])

@@ -100,10 +100,8 @@ def test_the_arm_rubs_by_the_same_protocol_and_tells_an_object_that_goes_along()
 @pytest.mark.parametrize("modulus", [5e4, 3e5, 1e6])
 @pytest.mark.parametrize("friction", [0.2, 0.5, 1.0])
 def test_friction_without_noise(friction, modulus, mass):
-    if (friction, modulus, mass) == (1.0, 1e6, 1.0):
-        pytest.xfail("contacts with reversed normals clamp the pads: 1.6 of the truth, see docs/stiffness.md")
     found = rub((friction, modulus, mass, "uniform", "none", 0))
     assert "failed" not in found
-    assert found["ratio"] == pytest.approx(1.0, abs=0.2)  # 10 % in most; single slides catch
+    assert found["ratio"] == pytest.approx(1.0, abs=0.15)  # 10 % in all but one, see docs/stiffness.md
     assert abs(found["score"]) < 3
     assert thing(friction, modulus, mass).friction == friction
