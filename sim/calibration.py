@@ -19,7 +19,6 @@ from pathlib import Path
 
 import numpy as np
 
-from dynamics.compression import geometry_of
 from dynamics.errors import InvalidInput
 from dynamics.grasping import grasp_height
 from dynamics.gripper import robotiq_2f85
@@ -106,14 +105,9 @@ def compute(truth: TrueObject, axis: int) -> Factors:
 
 def depth_reached(truth: TrueObject) -> float:
     """Return the strain to which the hand squeezes an object: the deepest, or where ``FORCE`` is met."""
-    axis = shorter_side(truth)
-    geometry = geometry_of(
-        truth.shape,
-        (truth.size[axis], truth.size[1 - axis], truth.size[2]),
-        robotiq_2f85("pad"),
-        poisson=truth.poisson,
-        fill=truth.declared.fill,
-    )
+    from sim.press import under_pads
+
+    geometry = under_pads(truth, shorter_side(truth))
     strains = np.linspace(DEPTHS[0], DEPTHS[-1], 200)
     enough = truth.young_modulus * geometry.area * geometry.law_of(strains) >= FORCE
     return float(strains[int(np.argmax(enough))]) if enough.any() else DEPTHS[-1]

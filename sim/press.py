@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.bench import Stroke
-from dynamics.compression import Geometry, geometry_of
+from dynamics.compression import LARGEST, Geometry, geometry_of
 from dynamics.gripper import robotiq_2f85
 from sim.bench import Bench
 from sim.truth import TrueObject
@@ -26,7 +26,8 @@ Array = NDArray[np.float64]
 DEEPEST = 0.32  # strain to which objects are pressed
 SPEED = 0.02  # m/s of closing, both pads together
 YOUNG, MASS = 5e4, 0.1  # Pa, kg; the factor is that of all of them
-_ONSETS = np.linspace(-0.05, 0.05, 201)
+_ONSETS = 401  # tried
+_EARLIEST, _LATEST = -0.2, 0.5  # share of the largest strain: earlier ones would take any law for a straight line
 _LEAST_READINGS = 8
 
 
@@ -51,7 +52,8 @@ class Pressing:
             inside = np.zeros(len(self.strain), dtype=np.bool_)
             inside[np.flatnonzero(self.strain > low)[:_LEAST_READINGS]] = True
         strain, load = self.strain[inside], self.load[inside]
-        laws = self.geometry.area * self.geometry.law_of(strain - _ONSETS[:, None])
+        onsets = high * np.linspace(_EARLIEST, _LATEST, _ONSETS)
+        laws = self.geometry.area * self.geometry.law_of(strain - onsets[:, None])
         factors = laws @ load / np.maximum(np.einsum("ij,ij->i", laws, laws), 1e-300)
         errors = np.sum((load - factors[:, None] * laws) ** 2, axis=1)
         return float(factors[int(np.argmin(errors))])
@@ -73,11 +75,15 @@ def press(truth: TrueObject, axis: int, above: float = 0.0) -> Pressing:
     pressed = bench.press(Stroke(SPEED, (1 - DEEPEST) * bench.width, dwell=0.0))
     loading = pressed.rows("compress")
     strain, force = 1 - pressed.opening[loading] / bench.width, pressed.force[loading]
-    geometry = geometry_of(
+    return Pressing(strain, force / YOUNG, under_pads(truth, axis))
+
+
+def under_pads(truth: TrueObject, axis: int) -> Geometry:
+    """Return the geometry of an object under the pads of the 2F-85, however wide it is."""
+    return geometry_of(
         truth.shape,
-        (bench.width, truth.size[1 - axis], truth.size[2]),
-        robotiq_2f85("pad"),
+        (truth.size[axis], truth.size[1 - axis], truth.size[2]),
+        replace(robotiq_2f85("pad"), max_opening=LARGEST),
         poisson=truth.poisson,
         fill=truth.declared.fill,
     )
-    return Pressing(strain, force / YOUNG, geometry)

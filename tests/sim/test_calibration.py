@@ -140,7 +140,7 @@ def fitted(bench, low, high):
         fill=truth.declared.fill,
     )
     best = (math.inf, 0.0)
-    for onset in np.linspace(-0.05, 0.05, 101):
+    for onset in np.linspace(-0.2 * high, 0.4 * high, 201):
         law = geometry.area * geometry.law_of(strain - onset)
         modulus = float(law @ force / (law @ law))
         best = min(best, (float(np.sum((force - modulus * law) ** 2)), modulus))
