@@ -31,7 +31,7 @@ LARGEST = 1.0  # m; nothing a gripper holds is wider, so a larger number is anot
 LARGEST_FORCE = 1e4  # N; a larger number is another unit
 LINE_LOAD = 1.0  # largest line load over E* R that the law of the line contact is used for
 LINE_TABLE = 512  # points of its inverse
-UNKNOWN_SURFACE_SD = 0.3  # of kappa, for a surface that no theory of contact is known of
+UNKNOWN_SURFACE_SD = 0.3  # relative, of kappa, for a surface that no theory of contact is known of
 
 
 @dataclass(frozen=True)
@@ -141,8 +141,8 @@ def geometry_of(
         two contacts); an ellipsoid likewise by its radii of curvature, see :mod:`dynamics.hertz`; a cylinder along
         its side, u = 2 P (1 - nu^2)/(pi E) (2 ln(4R/a) - 1) with the load per length P and
         a^2 = 4 P R (1 - nu^2)/(pi E) (there, eq. 4.57, at two contacts), and straight
-        on from where the contact is as wide as the pads. No theory covers every mesh: as ``face``,
-        with 30 % uncertainty.
+        on from where the contact is as wide as the pads. No theory covers every mesh: as the
+        box of its width and its mean cross-section, with 30 % uncertainty.
         ``pad-area``: stress is force over the pad's area whatever the object, as some publications do.
         ``auto``: the gripper's ``load_spread``.
 
@@ -189,7 +189,11 @@ def geometry_of(
     elif shape == "box":
         kappa, kappa_sd = indentation_factor(size, (gripper.pad_width, gripper.pad_length), poisson)
     elif shape == "mesh":
-        area, kappa_sd = fill * across * along, UNKNOWN_SURFACE_SD
+        # Rounded blocks are 0.72 to 1.05 times as stiff as this one: simulated with 2 and 4 cells, to 10 and 30 %.
+        block = (width, across * math.sqrt(fill), along * math.sqrt(fill))
+        area = min(block[1], gripper.pad_width) * min(block[2], gripper.pad_length)
+        kappa, sd = indentation_factor(block, (gripper.pad_width, gripper.pad_length), poisson)
+        kappa_sd = math.hypot(sd, UNKNOWN_SURFACE_SD * kappa)
     elif shape in ("sphere", "ellipsoid"):
         area, kappa, law = math.pi * across * along / 4, _hertz(size) / (1 - poisson**2), "hertz"
     else:

@@ -144,7 +144,7 @@ def _estimate(
 ) -> StiffnessEstimate:
     """Return the estimate with the noise and the delay that fit the readings best."""
     # What a law of contact leaves out, or no law is known of, would be taken for a curvature of the material.
-    known = geometry.law == "linear" and geometry.kappa_sd < UNKNOWN_SURFACE_SD
+    known = geometry.law == "linear" and geometry.kappa_sd < UNKNOWN_SURFACE_SD * geometry.kappa
     degree = 3 if known and _begins_early(force) else 1
     first = estimate_stiffness(
         stress_strain(force, opening, geometry), noise, min_ticks=FEW_TICKS, max_degree=degree
