@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.compression import UNKNOWN_SURFACE_SD, Geometry, Rule, geometry_of, stress_strain
+from dynamics.compression import Geometry, Rule, geometry_of, stress_strain
 from dynamics.errors import InvalidInput
 from dynamics.gripper import ParallelGripper
 from dynamics.shapes import Shape
@@ -143,9 +143,8 @@ def _estimate(
     gripper: ParallelGripper,
 ) -> StiffnessEstimate:
     """Return the estimate with the noise and the delay that fit the readings best."""
-    # What a law of contact leaves out, or no law is known of, would be taken for a curvature of the material.
-    known = geometry.law == "linear" and geometry.kappa_sd < UNKNOWN_SURFACE_SD * geometry.kappa
-    degree = 3 if known and _begins_early(force) else 1
+    # Only a block's curve bends by its material alone: what contact does to that of others would be taken for it.
+    degree = 3 if geometry.shape == "box" and _begins_early(force) else 1
     first = estimate_stiffness(
         stress_strain(force, opening, geometry), noise, min_ticks=FEW_TICKS, max_degree=degree
     )

@@ -15,6 +15,7 @@ from sim.bench import Bench
 from sim.calibrate import about, calibrated
 from sim.calibration import (
     BENCH_DEPTH,
+    BOX_DEPTH,
     DEPTHS,
     SHALLOW,
     TABLE,
@@ -73,7 +74,7 @@ def test_what_is_not_stored_is_pressed_once(monkeypatch):
     assert modulus_factor(replace(truth, mass=0.3, friction=0.5)) == factor
     assert len(pressed) == 1
     held = press(truth, 0, height_above(truth, 0))
-    assert factor == pytest.approx(held.factor(0.0, BENCH_DEPTH))
+    assert factor == pytest.approx(held.factor(SHALLOW * BOX_DEPTH, BOX_DEPTH))
 
 
 def test_lengths_poisson_and_surface_make_the_key():
