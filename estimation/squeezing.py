@@ -149,8 +149,8 @@ def _estimate(
     gripper: ParallelGripper,
 ) -> StiffnessEstimate:
     """Return the estimate with the noise and the delay that fit the readings best."""
-    # What Hertz's law leaves out at large strains would be taken for a curvature of the material.
-    degree = 3 if geometry.law != "hertz" and _begins_early(force) else 1
+    # Only a block's curve bends by its material alone: what contact does to that of others would be taken for it.
+    degree = 3 if geometry.shape == "box" and _begins_early(force) else 1
     first = estimate_stiffness(
         stress_strain(force, opening, geometry), noise, min_ticks=FEW_TICKS, max_degree=degree
     )

@@ -22,6 +22,7 @@ from dynamics.gripper import ParallelGripper
 from dynamics.signals import Phase
 from sim.bench_scene import MAX_STRAIN, SIDES, Layout, bench_mjcf, damping_of, layout_of
 from sim.bodies import Fidelity, prepare
+from sim.calibration import bench_factor
 from sim.contact import OVERDAMPED, contact_law, own_stiffness
 from sim.sensors import SensorModel, Sensors
 from sim.truth import RIGID_ABOVE, TrueObject
@@ -112,6 +113,7 @@ class Bench:
         seed: of the sensors' errors.
         edge: axis of the object to close along; the shorter of x and y if None.
         factor: by which its cells are too stiff; the calibrated one if None, see `sim.calibration`.
+        above: height of the plates' middle over the object's [m].
 
     Attributes:
         truth: the object, with its modulus as it is now.
@@ -128,16 +130,20 @@ class Bench:
         seed: int = 0,
         edge: int | None = None,
         factor: float | None = None,
+        above: float = 0.0,
     ) -> None:
         self.truth, self.timestep = truth, TIMESTEPS[setting]
         self._edge = (1 if truth.size[1] <= truth.size[0] else 0) if edge is None else edge
-        self._layout = layout_of(truth, plates, self._edge, GAP)
+        self._layout = layout_of(truth, plates, self._edge, GAP, above)
         self.width = self._layout.width
         noise = noise or SensorModel.none()
         self._gripper = described(self._layout, noise, fidelity)
         self._fidelity: Fidelity = fidelity
         # The calibration is for pads that sink in; a box under plates larger than its faces is strained evenly.
-        self._factor = 1.0 if factor is None and plates == "full" and truth.shape == "box" else factor
+        if factor is None and fidelity == "indentation" and not truth.is_rigid:
+            even = plates == "full" and truth.shape == "box"
+            factor = 1.0 if even else bench_factor(truth, self._edge)
+        self._factor = factor
         self._plates: Plates = plates
         self._sensors = Sensors(noise, np.random.default_rng(seed), 0, PERIOD)
         self._clock = 0.0
@@ -225,7 +231,7 @@ class Bench:
     def _build(self, gap: float) -> None:
         """Compile the scene with so much air before the plates [m]."""
         self._gap = gap
-        self._layout = layout_of(self.truth, self._plates, self._edge, gap)
+        self._layout = layout_of(self.truth, self._plates, self._edge, gap, self._layout.above)
         text = bench_mjcf(self.truth, self._layout, self._fidelity, self.timestep, self._factor)
         self._model = mujoco.MjModel.from_xml_string(text)
         self._data = mujoco.MjData(self._model)

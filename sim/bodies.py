@@ -33,11 +33,12 @@ Fidelity = Literal["uniform", "indentation"]
 FIDELITIES: tuple[Fidelity, ...] = ("uniform", "indentation")
 
 NAME = "object"
+FRAME = "object_frame"  # that a soft one stands in
 SKIN = 1e-4  # m, radius of the vertices of a soft body
 GAP = 1e-4  # m from which contact is looked for: first found at depths below 1e-6 m, half the normals are reversed
 COLOR = "0.93 0.63 0.18 1"
 CELLS: dict[Fidelity, int] = {"uniform": 1, "indentation": 2}
-POINTS_AROUND: dict[Fidelity, int] = {"uniform": 24, "indentation": 48}  # points around a round body
+POINTS_AROUND: dict[Fidelity, int] = {"uniform": 24, "indentation": 96}  # points around a round body
 _ROLLING = "0.005 0.0005"  # m; torsional and rolling friction of a rigid body, which soft ones have by flattening
 
 
@@ -73,7 +74,9 @@ def add_object(
     else:
         if factor is None:
             factor = modulus_factor(truth) if fidelity == "indentation" else 1.0
-        world.append(_soft(truth, fidelity, place, timestep, factor))
+        # The cells are laid along the axes of the body that a flex belongs to, whichever way the flex is turned.
+        frame = ET.SubElement(world, "body", {"name": FRAME, **place})
+        frame.append(_soft(truth, fidelity, timestep, factor))
 
 
 def prepare(model: mujoco.MjModel, truth: TrueObject, timestep: float = TIMESTEP) -> None:
@@ -119,9 +122,7 @@ def surface(truth: TrueObject, fidelity: Fidelity = "uniform") -> Mesh:
     return mesh.scaled(truth.size[0] / mesh.extents[0])
 
 
-def _soft(
-    truth: TrueObject, fidelity: Fidelity, place: dict[str, str], timestep: float, factor: float
-) -> ET.Element:
+def _soft(truth: TrueObject, fidelity: Fidelity, timestep: float, factor: float) -> ET.Element:
     cells = CELLS[fidelity]
     common = {
         "name": NAME,
@@ -131,7 +132,6 @@ def _soft(
         "dof": "trilinear",
         "cellcount": f"{cells} {cells} {cells}",
         "rgba": COLOR,
-        **place,
     }
     outer = surface(truth, fidelity)
     inner = outer.scaled(tuple(1 - 2 * SKIN / extent for extent in outer.extents))  # type: ignore[arg-type]

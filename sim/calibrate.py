@@ -1,6 +1,6 @@
 """Compute the calibration of the fidelity ``indentation`` again: ``python -m sim.calibrate [FILE]``.
 
-Every object of the table is pressed as in `sim.press`; some minutes on one core.
+Every soft object that comes with the project is pressed as in `sim.press`; about a second each.
 """
 
 from __future__ import annotations
@@ -9,43 +9,23 @@ import argparse
 import csv
 import sys
 from collections.abc import Iterator
-from itertools import product
 from pathlib import Path
 
-from dynamics.objects import DeclaredObject
-from dynamics.shapes import Lengths, Shape
-from sim.calibration import GRID, POISSON, TABLE, Key
-from sim.truth import TrueObject
-
-COLUMNS = ("shape", "width_m", "across_m", "height_m", "poisson", "factor")
+from models import objects
+from sim.calibration import COLUMNS, TABLE, Key, compute, key_of, rows_of, shorter_side
+from sim.truth import TrueObject, read_truth
 
 
-def keys() -> Iterator[Key]:
-    """Yield every point of the table."""
-    for shape, axes in GRID.items():
-        for width, across, height, poisson in product(*axes, POISSON):
-            yield shape, width, across, height, poisson
-
-
-def compute(key: Key) -> float:
-    """Return the factor of one point of the table."""
-    from sim.press import press
-
-    shape, width, across, height, poisson = key
-    lengths = (across or width, width, height or width)
-    return press(example(shape, lengths, poisson), 1)
-
-
-def example(shape: Shape, size: Lengths, poisson: float) -> TrueObject:
-    """Return an object of a shape whose modulus and mass do not matter.
-
-    Args:
-        shape: all but a mesh.
-        size: lengths of its bounding box [m].
-        poisson: Poisson's ratio.
-    """
-    declared = DeclaredObject(shape, shape, size, 0.0005, (0.5, 0.0), 0.0)
-    return TrueObject(declared, size, 0.1, 5e4, poisson, 0.8, 0.002, "unknown")
+def calibrated() -> Iterator[tuple[Key, TrueObject]]:
+    """Yield the soft objects that come with the project, of those with equal factors one."""
+    seen = set()
+    for name in objects.names():
+        truth = read_truth(objects.locate(name))
+        if not truth.is_rigid:
+            key = key_of(truth, shorter_side(truth))
+            if key not in seen:
+                seen.add(key)
+                yield key, truth
 
 
 def about() -> list[str]:
@@ -54,13 +34,15 @@ def about() -> list[str]:
 
     from sim import press
     from sim.bodies import CELLS, POINTS_AROUND
+    from sim.calibration import BENCH_DEPTH, BOX_DEPTH, SHALLOW
     from sim.contact import STIFFER, TIMESTEP
 
     return [
         "# Modulus that pads feel of an object of few cells over the true one: python -m sim.calibrate",
         f"# MuJoCo {mujoco.__version__}; step {TIMESTEP} s; {CELLS['indentation']} cells an axis, "
         f"{POINTS_AROUND['indentation']} points around; contact {STIFFER:g} times stiffer than the object",
-        f"# 2F-85 pads, {press.SPEED} m/s, no gravity; fit of theory with a free onset up to strain {press.DEPTH}",
+        f"# 2F-85 pads, {press.SPEED} m/s, no gravity; fits of theory with a free onset: bench up to strain "
+        f"{BENCH_DEPTH}, hand from {SHALLOW} of the depth to the depth, a box's {BOX_DEPTH}",
     ]
 
 
@@ -69,7 +51,7 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m sim.calibrate")
     parser.add_argument("file", type=Path, nargs="?", default=TABLE, metavar="FILE")
     options = parser.parse_args(arguments)
-    rows = [(*key, f"{compute(key):.4f}") for key in keys()]
+    rows = rows_of((key, compute(truth, shorter_side(truth))) for key, truth in calibrated())
     with options.file.open("w", newline="", encoding="utf-8") as file:
         file.write("\n".join(about()) + "\n")
         writer = csv.writer(file, lineterminator="\n")

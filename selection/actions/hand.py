@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 
 from dynamics.collision import Box, Workspace, shifted
 from dynamics.errors import ActionFailed, MotionRefused
+from dynamics.grasping import grasp_height
 from dynamics.kinematics import solve_pose, straight_joints, straight_line
 from dynamics.objects import DeclaredObject
 from dynamics.robot import GripResult, Robot
 from dynamics.signals import Sample
 from dynamics.trajectory import time_path
 from estimation.carried import carried_weight
-from selection.actions.reach import GATE_HEIGHT, TABLE, closing_edge, find_grasp, free_space, grasp_height
+from selection.actions.reach import GATE_HEIGHT, TABLE, closing_edge, find_grasp, free_space
 from selection.tape import Tape
 
 Array = NDArray[np.float64]

@@ -48,12 +48,25 @@ def test_sphere_is_two_hertz_contacts_in_series(modulus, diameter, poisson, comp
 
 @given(st.floats(0.01, 0.25), st.floats(0.0, 0.45))
 def test_cylinder_gives_back_the_published_compression(strain, poisson):
-    g = geometry_of("cylinder", (0.05, 0.05, 0.02), robotiq_2f85(), poisson=poisson)
+    wide = dataclasses.replace(robotiq_2f85(), pad_width=0.05)
+    g = geometry_of("cylinder", (0.05, 0.05, 0.02), wide, poisson=poisson)
     modulus, radius, length = 1e5, 0.025, 0.02
     load = modulus * float(g.law_of(np.array([strain]))[0]) * g.area / length
     half = math.sqrt(4 * load * radius * (1 - poisson**2) / (math.pi * modulus))
     u = 2 * load * (1 - poisson**2) / (math.pi * modulus) * (2 * math.log(4 * radius / half) - 1)
     assert u / (2 * radius) == pytest.approx(strain, rel=1e-3)  # the table's steps are 4 % of load
+
+
+@given(st.floats(0.025, 0.08))
+def test_line_contact_grows_until_it_is_as_wide_as_the_pads(diameter):
+    gripper = robotiq_2f85()
+    g = geometry_of("cylinder", (diameter, diameter, 0.03), gripper)
+    load = float(g.law_of(np.array([g.covered]))[0])
+    assert diameter / 2 * math.sqrt(4 * load / math.pi) == pytest.approx(gripper.pad_width / 2, rel=1e-3)
+    # A stamp of one width is as stiff however deep it presses.
+    beyond = g.covered + np.array([0.0, 0.05, 0.1])
+    np.testing.assert_allclose(np.diff(g.law_of(beyond)) / 0.05, g.slope_of_law(beyond[1:]), rtol=1e-6)
+    assert g.slope_of_law(beyond)[1] == pytest.approx(float(g.slope_of_law(beyond[:1] - 1e-6)[0]), rel=1e-3)
 
 
 @pytest.mark.parametrize("law", ["linear", "hertz", "line"])
@@ -81,6 +94,7 @@ def test_series_compliance_is_strain_per_stress():
         ({"contact_area": 0.0}, "contact area"),
         ({"series_stiffness": -1.0}, "series stiffness"),
         ({"kappa_sd": math.inf}, "kappa_sd"),
+        ({"covered": 0.0}, "covered"),
     ],
 )
 def test_geometry_refuses_what_cannot_be(change, word):

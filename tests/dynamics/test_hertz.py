@@ -67,6 +67,16 @@ def test_evenly_strained_body_has_its_mean_section(shape):
     assert geometry.area == pytest.approx(fill * 0.06 * 0.07)
 
 
+def test_a_mesh_is_the_box_of_its_mean_section_but_less_surely():
+    whole = geometry_of("mesh", (0.05, 0.06, 0.07), robotiq_2f85(), fill=1.0)
+    box = geometry_of("box", (0.05, 0.06, 0.07), robotiq_2f85())
+    assert whole.area == pytest.approx(box.area)
+    assert whole.kappa_sd > 0.3 * whole.kappa > box.kappa_sd
+    half = geometry_of("mesh", (0.05, 0.06, 0.07), robotiq_2f85(), fill=0.49)
+    smaller = geometry_of("box", (0.05, 0.042, 0.049), robotiq_2f85())
+    assert half.area == pytest.approx(smaller.area)
+
+
 def test_mesh_needs_its_fill():
     with pytest.raises(InvalidInput, match="share of the bounding box"):
         geometry_of("mesh", (0.05, 0.06, 0.07), robotiq_2f85())

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from dynamics.errors import InvalidInput
+from dynamics.grasping import PAD_CLEARANCE, TOP_CLEARANCE, grasp_height
 from dynamics.gripper import robotiq_2f85
 from dynamics.objects import DeclaredObject
-from selection.actions.reach import PAD_CLEARANCE, TOP_CLEARANCE, closing_edge, grasp_height
+from selection.actions.reach import closing_edge
 
 GRIPPER = robotiq_2f85()
 

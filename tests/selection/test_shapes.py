@@ -43,6 +43,14 @@ def test_any_yaw_can_be_grasped_within_reach(rest, position, yaw):
         assert arm.within_limits(gate)
 
 
+@pytest.mark.parametrize("yaw", [-0.9, 0.0, 0.5])
+def test_round_objects_are_closed_on_along_their_axes_where_the_arm_can(rest, yaw):
+    arm, gripper, still = rest
+    declared = thing("cylinder", position=(0.45, 0.1), yaw=yaw).declared
+    pose, _ = find_grasp(gripper, free_space(arm, declared, still.q), declared, still.q)
+    assert max(abs(declared.pose()[:2, :2].T @ pose[:2, 1])) == pytest.approx(1.0)
+
+
 @pytest.mark.parametrize("position", [(0.85, 0.3), (0.0, 0.0), (-0.2, 0.8), (0.05, 0.05)])
 def test_pose_out_of_reach_is_refused_before_the_simulation_starts(tmp_path, monkeypatch, position):
     def started(*_args, **_kwargs):
@@ -119,3 +127,12 @@ def test_every_shape_is_weighed_and_squeezed_wherever_it_stands(name, position, 
     if truth.yield_strain:
         assert any("spring back" in note for note in found["squeeze"].notes)
     assert math.isfinite(found["weigh"].measurements[0].sd)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("young", [2e4, 6e5])
+@pytest.mark.parametrize("shape", ["box", "cylinder", "sphere", "ellipsoid", "mesh"])
+def test_what_sinks_in_gives_back_its_modulus(shape, young):
+    truth = dataclasses.replace(thing(shape, young, 0.06 if young < 1e5 else 0.3, yaw=1.1), poisson=0.3)
+    found = {m.property: m for m in handled(truth, [Squeeze()], "indentation")["squeeze"].measurements}
+    assert found["elasticity"].mean == pytest.approx(young, rel=0.1)

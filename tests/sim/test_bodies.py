@@ -115,3 +115,16 @@ def test_a_body_stiffer_than_soft_ones_is_rigid(shape):
     assert (x, y) == pytest.approx((0.5, 0.0), abs=1e-3)
     assert z == pytest.approx(truth.size[2] / 2, abs=2e-4)
     assert np.abs(data.qvel[-6:]).max() < 1e-2
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+@pytest.mark.parametrize("yaw", [0.0, 0.7, -2.1])
+def test_cells_lie_along_the_body_however_it_is_turned(fidelity, yaw):
+    """Cells along the world's axes would be larger around a turned body, partly empty, and stiffer."""
+    truth = thing("box", yaw=yaw, position=(0.5, 0.1))
+    model = mujoco.MjModel.from_xml_string(scene_mjcf(truth, robotiq_2f85(), fidelity=fidelity))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    nodes = data.xpos[object_bodies(model)] - (0.5, 0.1, truth.size[2] / 2)
+    along = nodes[:, :2] @ np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+    np.testing.assert_allclose(np.ptp(along, axis=0), truth.size[:2], rtol=0.01)
