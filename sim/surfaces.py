@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 Size = tuple[float, float, float]
 
 SPACING = 0.019  # m; less than a pad's width
+FOOT = 0.02  # radius of the flat that a round body stands on, over its diameter
 RISE = 0.0125  # m; a third of a pad's length
 
 
@@ -69,7 +70,9 @@ def ellipsoid(size: Size, around: int = 24) -> Mesh:
     """
     circle = _circle(around)
     angles = np.linspace(-math.pi / 2, math.pi / 2, around // 2 + 1)[1:-1]
-    return _closed([_at(math.cos(a) / 2 * circle, math.sin(a) / 2) for a in angles]).scaled(size)
+    rings = [_at(math.cos(a) / 2 * circle, math.sin(a) / 2) for a in angles]
+    # A ball on a point tips over in a few seconds and rolls away.
+    return _closed([_at(FOOT * circle, -0.5), *rings, _at(FOOT * circle, 0.5)]).scaled(size)
 
 
 def _steps(length: float) -> int:
