@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 Size = tuple[float, float, float]
 
 SPACING = 0.019  # m; less than a pad's width
+FOOT = 0.02  # radius of the flat that a round body stands on, over its diameter
 RISE = 0.0125  # m; a third of a pad's length
 
 
@@ -70,13 +71,15 @@ def ellipsoid(size: Size, around: int = 24, flats: bool = False) -> Mesh:
     Args:
         size: lengths of its axes [m].
         around: points around it, a multiple of eight; from pole to pole it has half as many steps.
-        flats: whether it is flat where it stands and where pads close on it, out to the points next to those.
+        flats: whether it is flat where it stands and where pads close on it, out to the points next to those; if not it
+            has a small foot.
     """
     circle = _circle(around)
     angles = np.linspace(-math.pi / 2, math.pi / 2, around // 2 + 1)[1:-1]
-    whole = _closed([_at(math.cos(a) / 2 * circle, math.sin(a) / 2) for a in angles])
-    if not flats:
-        return whole.scaled(size)
+    rings = [_at(math.cos(a) / 2 * circle, math.sin(a) / 2) for a in angles]
+    if not flats:  # but for a small foot: a ball on a point tips over in a few seconds and rolls away
+        return _closed([_at(FOOT * circle, -0.5), *rings, _at(FOOT * circle, 0.5)]).scaled(size)
+    whole = _closed(rings)
     points = whole.points.copy()
     # Pads close on a sphere along its axes and half-way between, on any other along its axes.
     sides = _at(_circle(8 if len(set(size)) == 1 else 4), 0.0)
