@@ -29,7 +29,7 @@ MAX_EFFORT = 0.9  # A
 CENTRING_EFFORT = 0.15  # A, enough to push what the pads can hold
 PATH_SPEED = 0.6  # share of the arm's speed and acceleration limits
 LINE_SPEED = 0.35
-_PUSHED = 8  # samples in which to tell that something is pushed
+_PUSHED = 16  # samples in which to tell that something is pushed
 _SAME = 1e-6  # rad: a motion of less is none
 
 
@@ -227,12 +227,17 @@ class Hand:
 
     def _meets_early(self, air: Sequence[Sample]) -> bool:
         """Tell whether the motor worked harder at the end of closing in air than before."""
-        effort = np.array([sample.effort for sample in air])
-        if len(effort) < 4 * _PUSHED:
+        steps = np.flatnonzero(np.diff([sample.opening for sample in air]) < 0)
+        if not len(steps):
             return False
+        # The current of pads that stand still is not that of closing on nothing.
+        effort = np.array([sample.effort for sample in air[int(steps[0]) + 1 : int(steps[-1]) + 1]])
+        if len(effort) < 2 * _PUSHED:
+            return False
+        quantum = self.robot.gripper.effort_quantum
         begin, end = effort[: len(effort) // 2], effort[-_PUSHED:]
-        spread = max(float(begin.std()), self.robot.gripper.effort_quantum)
-        return bool(end.mean() - begin.mean() > 5 * spread / math.sqrt(_PUSHED) + 1e-6)
+        spread = max(float(begin.std()), quantum)
+        return bool(end.mean() - begin.mean() > 5 * spread / math.sqrt(_PUSHED) + max(quantum / 2, 1e-6))
 
     def _run(self, path: Array, speed: float) -> None:
         if np.abs(path - self._q).max() < _SAME:
