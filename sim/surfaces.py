@@ -71,8 +71,8 @@ def ellipsoid(size: Size, around: int = 24, flats: bool = False) -> Mesh:
     Args:
         size: lengths of its axes [m].
         around: points around it, a multiple of eight; from pole to pole it has half as many steps.
-        flats: whether it is flat where it stands and where pads close on it, out to the points next to those; if not it
-            has a small foot.
+        flats: whether it is flat where it stands and where pads close on it, out to the points next to those;
+            if not it has a small foot.
     """
     circle = _circle(around)
     angles = np.linspace(-math.pi / 2, math.pi / 2, around // 2 + 1)[1:-1]
