@@ -24,7 +24,7 @@ LEAST_CYCLES = 3
 MAX_STRAIN = 0.42
 SPRUNG_SDS = 5.0  # an object met narrower than known by so many standard deviations has been deformed
 RIGID_STRAIN = 1e-3  # compression of which nothing can be told
-_LOOK = 0.3  # s of holding still to feel the weight
+_LOOK = 0.6  # s of holding still to feel the weight: white noise of 0.3 N m is then 0.1 N of a change
 _SLIPPERY = 0.4  # coefficient of friction that is counted on
 _LOST = 0.15, 0.3  # share of the weight, and N: a change of what is carried that tells of slipping
 
