@@ -102,6 +102,7 @@ def test_the_arm_rubs_by_the_same_protocol_and_tells_an_object_that_goes_along()
 def test_friction_without_noise(friction, modulus, mass):
     found = rub((friction, modulus, mass, "uniform", "none", 0))
     assert "failed" not in found
-    assert found["ratio"] == pytest.approx(1.0, abs=0.15)  # 10 % in all but one, see docs/stiffness.md
+    # 10 % on the machine of docs/stiffness.md; judder is chaotic, another rounding moves a ratio by some 4 %.
+    assert found["ratio"] == pytest.approx(1.0, abs=0.15)
     assert abs(found["score"]) < 3
     assert thing(friction, modulus, mass).friction == friction
