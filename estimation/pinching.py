@@ -39,7 +39,9 @@ UPPER_SHARE = 0.75  # of T, the rest is what is left at the end, when F is read
 FALL_SD = 0.5  # of one slide, per fall from the one to the other: pads that jumped had another F before
 SMOOTH, SMOOTH_AIR = 5, 7  # samples of a running mean of the torques, with contact and without
 NET, WEDGED = 0.92, 0.07  # T over 2 mu F is NET + WEDGED (T / 2F)^2; simulation, see docs/stiffness.md
-PINCH_SD = 0.05  # relative; what objects differ by in it, common to all slides of one
+PINCH_SD = (
+    0.08  # relative; what objects differ by in it, common to all slides of one; simulation, see docs/stiffness.md
+)
 SLIDE_SD, SLIDE_KNOWN = 0.07, 4.0  # relative; of one slide, and how many slides would tell as much as is known
 NEVER_SLID = 1.8  # ratio of the force at the end over that in the middle of the way; 2 where nothing slides
 NEAR = 5  # readings of a closing that tell the force at its start

@@ -72,7 +72,7 @@ def bench_mjcf(
     root = ET.Element("mujoco", model="bench")
     ET.SubElement(root, "compiler", angle="radian")
     # Where flat faces meet in single points, Newton's method may stop at wrong forces; conjugate gradients do not.
-    solver = {"solver": "CG", "iterations": "300"} if truth.shape == "mesh" else {}
+    solver = {"solver": "CG", "iterations": "1000", "tolerance": "1e-10"} if truth.shape == "mesh" else {}
     add_option(root, timestep, gravity="0 0 0", **solver)
     visual = ET.SubElement(root, "visual")
     ET.SubElement(visual, "global", offwidth="1280", offheight="960")

@@ -80,10 +80,33 @@ def add_object(
 
 
 def prepare(model: mujoco.MjModel, truth: TrueObject, timestep: float = TIMESTEP) -> None:
-    """Make up in a compiled model for what the contact law alone cannot reach, on the bodies of the object."""
+    """Make up in a compiled model for what text and contact law alone cannot reach, on the object's bodies."""
+    if model.nflex:
+        _forget_rounding(model)
     shortfall = contact_saturation(truth, timestep)
     if shortfall > 1:
         model.body_invweight0[object_bodies(model)] /= shortfall
+
+
+def _forget_rounding(model: mujoco.MjModel) -> None:
+    """Cut the last digits off what a flex is compiled to: they depend on what the process compiled before it."""
+    import mujoco
+
+    bodies = object_bodies(model)
+    model.body_mass[bodies] = _rounded(model.body_mass[bodies])
+    model.body_inertia[bodies] = _rounded(model.body_inertia[bodies])
+    model.flex_stiffness[:] = _rounded(model.flex_stiffness)
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+
+
+def _rounded(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return values to nine or ten digits of the largest."""
+    largest = float(np.abs(values).max(initial=0.0))
+    if largest == 0.0:
+        return values
+    step = 2.0 ** (math.ceil(math.log2(largest)) - 32)
+    rounded: NDArray[np.float64] = np.round(values / step) * step
+    return rounded
 
 
 def object_bodies(model: mujoco.MjModel) -> NDArray[np.int64]:

@@ -18,6 +18,7 @@ from dynamics.arm import Arm
 from dynamics.gripper import ParallelGripper, robotiq_2f85
 from dynamics.kinematics import solve_pose, tool_down
 from dynamics.objects import DeclaredObject
+from sim.bodies import FRAME
 from sim.contact import TIMESTEP
 from sim.scene import scene_mjcf
 from sim.truth import TrueObject
@@ -86,7 +87,7 @@ def _with_rigid_block(mjcf: str, width: float) -> str:
     root = ET.fromstring(mjcf)
     world = root.find("worldbody")
     assert world is not None
-    soft = world.find("flexcomp")
+    soft = world.find(f"body[@name='{FRAME}']")
     assert soft is not None
     world.remove(soft)
     ET.SubElement(

@@ -10,7 +10,7 @@ from dynamics.signals import Sample
 from estimation.network import Network
 from estimation.sensor import Sensor
 from selection.actions.action import Findings, Readings
-from selection.actions.hand import MAX_EFFORT, Hand
+from selection.actions.hand import GRIP_EFFORT, MAX_EFFORT, Hand
 from selection.actions.springing import LEAST_STRAIN, Grip
 from selection.planner import ActionModel
 
@@ -62,7 +62,9 @@ class Squeeze:
             hand.robot.hold(_LOOK)
         hand.grasp(self.name)
         closing = hand.closing
-        again = hand.regrasp(self.name, (1 - LEAST_STRAIN) * hand.width)
+        again = closing
+        if max(sample.effort for sample in closing) >= GRIP_EFFORT:
+            again = hand.regrasp(self.name, (1 - LEAST_STRAIN) * hand.width)
         hand.lift(_lift(hand))
         hand.settle()
         with hand.tape.phase(self.name, "look") as laden:

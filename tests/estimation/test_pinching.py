@@ -10,7 +10,7 @@ from dynamics.errors import InvalidInput
 from dynamics.gripper import robotiq_2f85
 from dynamics.kinematics import solve_pose, tool_down
 from dynamics.signals import Phase, Sample
-from estimation.pinching import SLIDE_SD, Slide, find_slides, measure_pinched_rub, net_share
+from estimation.pinching import PINCH_SD, SLIDE_SD, Slide, find_slides, measure_pinched_rub, net_share
 from estimation.rubbing import measure_rub
 
 ARM, GRIPPER = Arm.gen3(), robotiq_2f85()
@@ -138,7 +138,8 @@ def test_slides_that_differ_more_than_is_known_of_them_widen_the_uncertainty():
     odd = [rub(mu, np.random.default_rng(1), slides=1)[2:] for mu in (0.35, 0.65, 0.4, 0.6)]
     found, _ = measure_pinched_rub(ARM, GRIPPER, even)
     other, _ = measure_pinched_rub(ARM, GRIPPER, [*even[:2], *(phase for phases in odd for phase in phases)])
-    assert other.sd / other.coefficient > 1.2 * found.sd / found.coefficient
+    own, more = ((e.sd / e.coefficient) ** 2 - PINCH_SD**2 for e in (found, other))
+    assert more > 1.44 * own
 
 
 def test_a_slide_that_went_wrong_is_weighed_down():
