@@ -23,6 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from dynamics.errors import PalpateError
+from selection.command_line import ended
 from selection.dataset.folder import Dataset
 from selection.dataset.one import FAILURE, RESULT, Ignoring, Job, Outcome, Setup, explore_object
 from selection.dataset.progress import show_progress
@@ -183,6 +184,11 @@ def main() -> int:
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--only-report", action="store_true", help="of what is complete, without exploring")
     given = parser.parse_args()
+    again = f"what is complete is kept, go on with: --out {given.out}"
+    return ended("python -m benchmarks.robustness", lambda: _explore(given), again)
+
+
+def _explore(given: argparse.Namespace) -> int:
     setup = Setup(given.seed, given.reference, price=0.0, confidence=1.0, poisson=given.poisson)
     with Dataset.open(given.out.resolve(), setup) as dataset:
         if not given.only_report:

@@ -30,9 +30,7 @@ from estimation.squeezing import CURRENT_RELATIVE_SD, CURRENT_SD, air_current
 
 Array = NDArray[np.float64]
 
-LATE = (
-    0.5  # share of the time of a slide from which it counts: before, the object is sheared and does not slide yet
-)
+LATE = 0.5  # share of the time of a slide from which it counts: before, the object is sheared and does not slide
 UPPER = 0.95  # quantile of the readings in that time: judder lets the pads slide several ways and pull less
 RESTING = 0.1  # share of the time of a slide in which the pads have come to rest, at its end
 UPPER_SHARE = 0.75  # of T, the rest is what is left at the end, when F is read

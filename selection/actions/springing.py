@@ -48,10 +48,8 @@ class Grip:
         """
         start = self._start - shift
         if not self._begun:
-            self._begun = True
-            return (
-                start if start > self._tight else None
-            )  # what has hardly given way may not do so at all: not yet
+            self._begun = True  # what has hardly given way may not do so at all: not yet
+            return start if start > self._tight else None
         start = max(start, self._tight)
         now = self._hand.robot.read().opening
         if start - now <= 2 * LEAST_TICKS * self._tick or start - now <= STIFF * self._hand.width:
