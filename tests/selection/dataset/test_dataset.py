@@ -187,7 +187,7 @@ def test_the_command_explores_and_can_be_interrupted(tmp_path):
         time.sleep(0.02)
     process.send_signal(signal.SIGINT)
     error = process.communicate(timeout=20)[1]
-    assert process.returncode == 130
+    assert process.returncode == 130, error
     assert error.count("\n") == 1
     assert f"--out {root}" in error
     assert list((root / "objects").iterdir()) == []
