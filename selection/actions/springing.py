@@ -8,7 +8,7 @@ from selection.actions.hand import Hand
 
 LEAST_STRAIN = 0.03  # to which the object is let spring back, if its weight allows
 STIFF = 0.05  # strain of an object that has hardly given way at all
-_SLIPPERY = 0.4  # coefficient of friction that is counted on
+SLIPPERY = 0.4  # coefficient of friction that is counted on
 _SAFETY = 1.5  # on the grip force
 _MOST_FRICTION = 1.0  # coefficient that is counted on where friction does harm
 
@@ -77,5 +77,5 @@ def _least_effort(hand: Hand, weight: float) -> float:
     """
     gripper = hand.robot.gripper
     shear = 1 + _MOST_FRICTION * gripper.swing(hand.width)
-    force = shear * _SAFETY * weight / (2 * _SLIPPERY)
+    force = shear * _SAFETY * weight / (2 * SLIPPERY)
     return (force + gripper.friction_force) / gripper.force_per_ampere + 2 * gripper.effort_quantum

@@ -11,7 +11,7 @@ from estimation.network import Network
 from estimation.sensor import Sensor
 from selection.actions.action import Findings, Readings
 from selection.actions.hand import GRIP_EFFORT, MAX_EFFORT, Hand
-from selection.actions.springing import LEAST_STRAIN, Grip
+from selection.actions.springing import LEAST_STRAIN, SLIPPERY, Grip
 from selection.planner import ActionModel
 
 CLEARANCE = 0.006  # m that is left to the table when the object is squeezed most
@@ -25,7 +25,6 @@ MAX_STRAIN = 0.42
 SPRUNG_SDS = 5.0  # an object met narrower than known by so many standard deviations has been deformed
 RIGID_STRAIN = 1e-3  # compression of which nothing can be told
 _LOOK = 0.6  # s of holding still to feel the weight: white noise of 0.3 N m is then 0.1 N of a change
-_SLIPPERY = 0.4  # coefficient of friction that is counted on
 _LOST = 0.15, 0.3  # share of the weight, and N: a change of what is carried that tells of slipping
 
 
@@ -160,7 +159,7 @@ def _check_grip(hand: Hand, closing: list[Sample], weight: float) -> None:
     gripper = hand.robot.gripper
     efforts = [sample.effort for sample in closing[-3:]]
     force = gripper.force_per_ampere * sum(efforts) / len(efforts) + gripper.friction_force
-    if 2 * _SLIPPERY * force < weight:
+    if 2 * SLIPPERY * force < weight:
         raise ActionFailed(
             "too heavy",
             f"the pads press with {force:.1f} N at the strain allowed, which cannot be counted on to hold "
