@@ -31,15 +31,13 @@ from estimation.squeezing import CURRENT_RELATIVE_SD, CURRENT_SD, air_current
 Array = NDArray[np.float64]
 
 LATE = 0.5  # share of the time of a slide from which it counts: before, the object is sheared and does not slide
-UPPER = 0.95  # quantile of the readings in that time: judder lets the pads slide several ways and pull less
+UPPER = 0.85  # quantile of the readings in that time: judder lets the pads slide several ways and pull less
 RESTING = 0.1  # share of the time of a slide in which the pads have come to rest, at its end
 UPPER_SHARE = 0.75  # of T, the rest is what is left at the end, when F is read
 FALL_SD = 0.5  # of one slide, per fall from the one to the other: pads that jumped had another F before
 SMOOTH, SMOOTH_AIR = 5, 7  # samples of a running mean of the torques, with contact and without
-NET, WEDGED = 0.92, 0.07  # T over 2 mu F is NET + WEDGED (T / 2F)^2; simulation, see docs/stiffness.md
-PINCH_SD = (
-    0.08  # relative; what objects differ by in it, common to all slides of one; simulation, see docs/stiffness.md
-)
+NET, WEDGED = 0.88, 0.10  # T over 2 mu F is NET + WEDGED (T / 2F)^2; simulation, see docs/stiffness.md
+PINCH_SD = 0.09  # relative; what objects differ by in it, common to all slides of one; simulation, likewise
 SLIDE_SD, SLIDE_KNOWN = 0.07, 4.0  # relative; of one slide, and how many slides would tell as much as is known
 NEVER_SLID = 1.8  # ratio of the force at the end over that in the middle of the way; 2 where nothing slides
 NEAR = 5  # readings of a closing that tell the force at its start
