@@ -3,7 +3,7 @@
 The object stands on the table between the pads, which press on it from both sides with a force F and are then
 driven down along its sides. Where all of a pad slides the same way the arm feels T = 2 mu F, whatever the object
 weighs. Pads that judder slide in several ways at once, and hold with less: T is taken from the upper part of its
-readings, and what it still falls short by is in :func:`net_share`.
+readings, and what it still falls short by is ``NET``.
 
 F is read when the gripper begins to close again, right after the slide, for a locked gripper's current says
 nothing of force. The pads swing down as they close, by ``gripper.swing`` of their way, against the friction on
@@ -31,13 +31,11 @@ from estimation.squeezing import CURRENT_RELATIVE_SD, CURRENT_SD, air_current
 Array = NDArray[np.float64]
 
 LATE = 0.5  # share of the time of a slide from which it counts: before, the object is sheared and does not slide
-UPPER = 0.85  # quantile of the readings in that time: judder lets the pads slide several ways and pull less
 RESTING = 0.1  # share of the time of a slide in which the pads have come to rest, at its end
-UPPER_SHARE = 0.75  # of T, the rest is what is left at the end, when F is read
-FALL_SD = 0.5  # of one slide, per fall from the one to the other: pads that jumped had another F before
+UPPER = 0.7  # quantile of the readings between: judder lets the pads slide several ways and pull less
+FALL_SD = 0.5  # of one slide, per fall from there to the end: pads that jumped had another F before
 SMOOTH, SMOOTH_AIR = 5, 7  # samples of a running mean of the torques, with contact and without
-NET, WEDGED = 0.88, 0.10  # T over 2 mu F is NET + WEDGED (T / 2F)^2; simulation, see docs/stiffness.md
-PINCH_SD = 0.09  # relative; what objects differ by in it, common to all slides of one; simulation, likewise
+NET, NET_SD = 0.95, 0.05  # T over 2 mu F, and what objects differ by in it, in simulation: see docs/stiffness.md
 SLIDE_SD, SLIDE_KNOWN = 0.07, 4.0  # relative; of one slide, and how many slides would tell as much as is known
 NEVER_SLID = 1.8  # ratio of the force at the end over that in the middle of the way; 2 where nothing slides
 NEAR = 5  # readings of a closing that tell the force at its start
@@ -72,19 +70,13 @@ class Slide:
     @property
     def coefficient(self) -> float:
         """Coefficient of friction [-]."""
-        ratio = self.tangential / (2 * self.force)
-        return ratio / net_share(ratio)
+        return self.tangential / (2 * NET * self.force)
 
     @property
     def relative_sd(self) -> float:
         """Relative standard deviation of the coefficient, as far as slides differ in it [-]."""
-        fall = abs(self.tangential - self.end) / UPPER_SHARE / self.tangential
+        fall = abs(self.tangential - self.end) / self.tangential
         return math.hypot(SLIDE_SD, self.force_sd / self.force, FALL_SD * fall)
-
-
-def net_share(ratio: float) -> float:
-    """Return T over 2 mu F for T over 2F [-]: judder takes off a little, sides dragged along wedge the pads."""
-    return NET + WEDGED * min(ratio, 1.0) ** 2
 
 
 def measure_pinched_rub(
@@ -92,7 +84,7 @@ def measure_pinched_rub(
 ) -> tuple[FrictionEstimate, Measurement]:
     """Estimate friction from slides of closed pads down the sides of an object.
 
-    mu = T / (2 F) of every slide; slides are fused with odd ones weighed down. Their variance is in part what is
+    mu = T / (2 NET F) of every slide; slides are fused with odd ones weighed down. Their variance is in part what is
     known of slides and in part how these differ, by (n0 + sum r^2) / (n0 + n - 1) with their residuals r over what
     is known. The uncertainty of the force's calibration, of the torque sensors' scale and of the method are common
     to all and added after.
@@ -118,7 +110,7 @@ def measure_pinched_rub(
     spread = fused.sd * _differ((found / fused.mean - 1) / own)
     normal = float(np.median([slide.force for slide in slides]))
     common = math.hypot(
-        float(gripper.force_sd(np.array([normal]))[0]) / normal, math.sqrt(2) * arm.torque_gain_sd, PINCH_SD
+        float(gripper.force_sd(np.array([normal]))[0]) / normal, math.sqrt(2) * arm.torque_gain_sd, NET_SD
     )
     mu, sd = fused.mean, math.hypot(spread, common * fused.mean)
     interval = (max(mu - 1.96 * sd, 0.0), mu + 1.96 * sd)
@@ -152,13 +144,12 @@ def find_slides(arm: Arm, gripper: ParallelGripper, phases: Sequence[Phase]) -> 
             continue
         pull = _running_mean(baseline.tangential(phases[number].samples), SMOOTH)
         count = len(pull)
-        upper = float(np.quantile(pull[round(LATE * count) :], UPPER))
-        end = float(np.median(pull[round((1 - RESTING) * count) :]))
+        resting = round((1 - RESTING) * count)
         found.append(
             Slide(
-                tangential=UPPER_SHARE * upper + (1 - UPPER_SHARE) * end,
+                tangential=float(np.quantile(pull[round(LATE * count) : resting], UPPER)),
                 middle=float(np.median(pull[round(0.4 * count) : round(0.6 * count)])),
-                end=end,
+                end=float(np.median(pull[resting:])),
                 before=_closed(gripper, phases[max(before)].samples, air),
                 after=pressed[0],
                 force_sd=pressed[1],

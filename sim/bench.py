@@ -23,7 +23,7 @@ from dynamics.signals import Phase
 from sim.bench_scene import MAX_STRAIN, SIDES, Layout, bench_mjcf, damping_of, layout_of
 from sim.bodies import Fidelity, prepare
 from sim.calibration import bench_factor
-from sim.contact import OVERDAMPED, contact_law, own_stiffness
+from sim.contact import contact_law, own_stiffness
 from sim.sensors import SensorModel, Sensors
 from sim.truth import RIGID_ABOVE, TrueObject
 
@@ -170,9 +170,9 @@ class Bench:
             raise InvalidInput("bench: Young's modulus [Pa]", young, f"of a soft body, 0 to {RIGID_ABOVE:g}")
         self._model.flex_stiffness[:] *= young / self.truth.young_modulus
         self.truth = dataclasses.replace(self.truth, young_modulus=young)
-        time_constant, impedance = contact_law(self.truth, self.timestep)
-        self._model.flex_solref[:] = [time_constant, OVERDAMPED]
-        self._model.flex_solimp[:, :2] = impedance
+        law = contact_law(self.truth, self.timestep)
+        self._model.flex_solref[:] = [law.time_constant, law.damping_ratio]
+        self._model.flex_solimp[:, :2] = law.impedance
         self._model.body_invweight0[:] = self._weights
         prepare(self._model, self.truth, self.timestep)
 

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from dynamics.mesh import Mesh
 from sim import surfaces
 from sim.calibration import modulus_factor
-from sim.contact import OVERDAMPED, TIMESTEP, contact_law, contact_saturation
+from sim.contact import OVERDAMPED, TIMESTEP, ContactLaw, contact_law
 from sim.truth import TrueObject
 
 if TYPE_CHECKING:
@@ -49,6 +49,7 @@ def add_object(
     pose: NDArray[np.float64] | None = None,
     timestep: float = TIMESTEP,
     factor: float | None = None,
+    damping_ratio: float = OVERDAMPED,
 ) -> None:
     """Add an object, named ``object``, to the MJCF of a world.
 
@@ -61,29 +62,32 @@ def add_object(
         pose: of the middle of its bounding box, (4, 4); where it is declared to stand, on z = 0, if None.
         timestep: of the simulation, which bounds how stiff a contact can be [s].
         factor: by which its cells are too stiff; the calibrated one if None.
+        damping_ratio: of its contacts [-].
     """
     world = root.find("worldbody")
     assert world is not None
     if pose is None:
         pose = standing_pose(truth)
     place = {"pos": _text(pose[:3, 3]), "quat": _text(_quaternion(pose[:3, :3]))}
+    law = contact_law(truth, timestep, damping_ratio)
     if truth.is_rigid:
         if truth.shape == "mesh":
             _add_asset(root, truth)
-        world.append(_rigid(truth, place, timestep))
+        world.append(_rigid(truth, place, law))
     else:
         if factor is None:
             factor = modulus_factor(truth) if fidelity == "indentation" else 1.0
         # The cells are laid along the axes of the body that a flex belongs to, whichever way the flex is turned.
         frame = ET.SubElement(world, "body", {"name": FRAME, **place})
-        frame.append(_soft(truth, fidelity, timestep, factor))
+        frame.append(_soft(truth, fidelity, law, factor))
 
 
 def prepare(model: mujoco.MjModel, truth: TrueObject, timestep: float = TIMESTEP) -> None:
     """Make up in a compiled model for what text and contact law alone cannot reach, on the object's bodies."""
     if model.nflex:
         _forget_rounding(model)
-    shortfall = contact_saturation(truth, timestep)
+    damping_ratio = model.flex_solref[0, 1] if model.nflex else model.geom(NAME).solref[1]
+    shortfall = contact_law(truth, timestep, float(damping_ratio)).shortfall
     if shortfall > 1:
         model.body_invweight0[object_bodies(model)] /= shortfall
 
@@ -145,7 +149,7 @@ def surface(truth: TrueObject, fidelity: Fidelity = "uniform") -> Mesh:
     return mesh.scaled(truth.size[0] / mesh.extents[0])
 
 
-def _soft(truth: TrueObject, fidelity: Fidelity, timestep: float, factor: float) -> ET.Element:
+def _soft(truth: TrueObject, fidelity: Fidelity, law: ContactLaw, factor: float) -> ET.Element:
     cells = CELLS[fidelity]
     common = {
         "name": NAME,
@@ -175,17 +179,17 @@ def _soft(truth: TrueObject, fidelity: Fidelity, timestep: float, factor: float)
     )
     if truth.yield_strain > 0:
         elasticity.set("yield", repr(float(truth.yield_strain)))
-    touch = {"selfcollide": "none", "condim": "3", **_touch(truth, timestep, "0.005 0.0001")}
+    touch = {"selfcollide": "none", "condim": "3", **_touch(truth, law, "0.005 0.0001")}
     ET.SubElement(body, "contact", touch)
     return body
 
 
-def _rigid(truth: TrueObject, place: dict[str, str], timestep: float) -> ET.Element:
+def _rigid(truth: TrueObject, place: dict[str, str], law: ContactLaw) -> ET.Element:
     body = ET.Element("body", {"name": NAME, **place})
     ET.SubElement(body, "freejoint")
     a, b, c = (extent / 2 for extent in truth.size)
     # Round bodies need a resistance to rolling, or they never come to rest.
-    touch = {"condim": "6", **_touch(truth, timestep, _ROLLING)}
+    touch = {"condim": "6", **_touch(truth, law, _ROLLING)}
     shape = {"name": NAME, "type": truth.shape, "mass": repr(float(truth.mass)), "rgba": COLOR, **touch}
     if truth.shape == "mesh":
         shape["mesh"] = NAME
@@ -196,12 +200,11 @@ def _rigid(truth: TrueObject, place: dict[str, str], timestep: float) -> ET.Elem
     return body
 
 
-def _touch(truth: TrueObject, timestep: float, spin_and_roll: str) -> dict[str, str]:
-    time_constant, impedance = contact_law(truth, timestep)
+def _touch(truth: TrueObject, law: ContactLaw, spin_and_roll: str) -> dict[str, str]:
     return {
         "friction": f"{truth.friction} {spin_and_roll}",
-        "solref": f"{time_constant} {OVERDAMPED}",
-        "solimp": f"{impedance} {impedance} 0.001",
+        "solref": f"{law.time_constant} {law.damping_ratio}",
+        "solimp": f"{law.impedance} {law.impedance} 0.001",
         "priority": "2",
         "gap": repr(GAP),
         "contype": "1",

@@ -8,6 +8,7 @@ itself.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from sim.truth import RIGID_ABOVE, TrueObject
 
@@ -15,6 +16,26 @@ TIMESTEP = 0.002  # s
 STIFFER = 300.0  # contact stiffness over the object's own
 IMPEDANCES = (0.9, 0.9999)  # the least and the most; the last is the largest that MuJoCo allows
 OVERDAMPED = 3.0  # damping ratio; at 1, a surface that slides bounces and loses a tenth of its friction
+RUBBED = 20.0  # of flat sides that pads rub along: at 3 they judder, and lose up to a third of their friction
+
+
+@dataclass(frozen=True)
+class ContactLaw:
+    """How hard a contact is.
+
+    Attributes:
+        time_constant: T [s].
+        damping_ratio: z [-].
+        impedance: d [-].
+        shortfall: by how much it falls short of the wanted stiffness [-], >= 1. For a light and stiff object even
+            the largest impedance is too soft at this time step; scaling the object's inverse weight in the contact
+            solver by the inverse of this number restores it.
+    """
+
+    time_constant: float
+    damping_ratio: float
+    impedance: float
+    shortfall: float
 
 
 def own_stiffness(truth: TrueObject) -> float:
@@ -27,28 +48,28 @@ def own_stiffness(truth: TrueObject) -> float:
     return min(truth.young_modulus, RIGID_ABOVE) * truth.volume / length**2
 
 
-def contact_law(truth: TrueObject, timestep: float = TIMESTEP) -> tuple[float, float]:
-    """Return the contact's time constant [s] and impedance [-] that make it ``STIFFER`` than the object.
+def contact_law(
+    truth: TrueObject, timestep: float = TIMESTEP, damping_ratio: float = OVERDAMPED
+) -> ContactLaw:
+    """Return the contact that is ``STIFFER`` than the object.
 
-    The time constant is the shortest that the integrator can follow, T = 2 time steps, and the damping ratio
-    ``OVERDAMPED``, so that d (1 - d) = m / (k (T z)^2). Where that takes an impedance outside of MuJoCo's range,
-    the time constant is longer, or the contact too soft.
+    The time constant is the shortest that the integrator can follow, T = 2 time steps, so that
+    d (1 - d) = m / (k (T z)^2). Where that takes an impedance below MuJoCo's range, the time constant is longer;
+    where it takes one above, the contact falls short.
     """
     stiffness = STIFFER * own_stiffness(truth)
-    time_constant = 2 * timestep
-    share = truth.mass / (stiffness * (time_constant * OVERDAMPED) ** 2)
+    share = truth.mass / (stiffness * (2 * timestep * damping_ratio) ** 2)
     impedance = (1 + math.sqrt(max(1 - 4 * share, 0.0))) / 2
     impedance = min(max(impedance, IMPEDANCES[0]), IMPEDANCES[1])
-    wanted = math.sqrt(truth.mass / (stiffness * impedance * (1 - impedance)))  # T z
-    return max(wanted / OVERDAMPED, time_constant), impedance
+    wanted = math.sqrt(truth.mass / (stiffness * impedance * (1 - impedance))) / damping_ratio
+    time_constant = max(wanted, 2 * timestep)
+    return ContactLaw(time_constant, damping_ratio, impedance, max((time_constant / wanted) ** 2, 1.0))
 
 
-def contact_saturation(truth: TrueObject, timestep: float = TIMESTEP) -> float:
-    """Return by how much the stiffest contact falls short of the wanted one, >= 1 where it does.
+def damping_in_hand(truth: TrueObject) -> float:
+    """Return the damping ratio of an object that a hand explores [-].
 
-    For a light and stiff object even the largest impedance is too soft at this time step; scaling the object's
-    inverse weight in the contact solver by the inverse of this number restores the ratio.
+    Only a box has sides to rub along. Bodies that are touched in many points take no such damping: the contact
+    solver no longer converges.
     """
-    time_constant, impedance = contact_law(truth, timestep)
-    reached = truth.mass / (impedance * (1 - impedance) * (time_constant * OVERDAMPED) ** 2)
-    return STIFFER * own_stiffness(truth) / reached
+    return RUBBED if truth.shape == "box" else OVERDAMPED

@@ -14,8 +14,9 @@ from dynamics.gripper import ParallelGripper
 from models.robot import Revision, gen3_mjcf
 from sim.bodies import Fidelity, add_object
 from sim.cameras import add_cameras
-from sim.contact import TIMESTEP
+from sim.contact import TIMESTEP, damping_in_hand
 from sim.engine import add_option
+from sim.pads import bevel
 from sim.truth import TrueObject
 
 TABLE_SIZE = (1.2, 1.6, 0.04)  # m, full lengths; its top is at z = 0, the arm's mounting face
@@ -51,7 +52,7 @@ def scene_mjcf(
     _add_looks(root)
     world = _child(root, "worldbody")
     _add_table(world)
-    add_object(root, truth, fidelity)
+    add_object(root, truth, fidelity, damping_ratio=damping_in_hand(truth))
     add_cameras(root, truth.declared.position, vision)
     base = _child(world, "body[@name='base_link']")
     for body in base.iter("body"):
@@ -60,8 +61,10 @@ def scene_mjcf(
     for joint in base.iter("joint"):
         if joint.get("name", "").startswith("joint_"):
             joint.set("actuatorgravcomp", "true")
-    for pad in ("left_pad", "right_pad"):
-        _child(base, f".//geom[@name='{pad}']").set("friction", f"{truth.friction} 0.005 0.0001")
+    for name in ("left_pad", "right_pad"):
+        pad = _child(base, f".//geom[@name='{name}']")
+        pad.set("friction", f"{truth.friction} 0.005 0.0001")
+        bevel(root, pad, [float(x) for x in pad.attrib["size"].split()], closing=1, along=2)
     _add_drives(root, gripper)
     return ET.tostring(root, encoding="unicode")
 

@@ -29,6 +29,7 @@ MAX_EFFORT = 0.9  # A
 CENTRING_EFFORT = 0.15  # A, enough to push what the pads can hold
 PATH_SPEED = 0.6  # share of the arm's speed and acceleration limits
 LINE_SPEED = 0.35
+LOWERING = 0.001  # m by which the hand goes down between two openings as it lets go
 _PUSHED = 16  # samples in which to tell that something is pushed
 _SAME = 1e-6  # rad: a motion of less is none
 
@@ -149,8 +150,9 @@ class Hand:
     def regrasp(self, action: str, opening: float) -> list[Sample]:
         """Open on the object where it stands and close on it again; leaves a phase ``regrasp``, and returns it."""
         gripper = self.robot.gripper
-        with self.tape.phase(action, "ungrasp"):
-            self.robot.grip(max(opening, self.robot.read().opening), gripper.min_speed, math.inf)
+        self.line(self._raised(self._swung(self.robot.read().opening)))
+        self._let_go(action, "ungrasp", max(opening, self.robot.read().opening))
+        self.line(self.grasp_pose)
         with self.tape.phase(action, "regrasp") as closing:
             self.robot.grip((1 - GRIP_STRAIN) * self.present_width, gripper.min_speed, GRIP_EFFORT)
         self.closing = closing
@@ -162,9 +164,7 @@ class Hand:
             self.line(self.robot.arm.tool_pose(self._gate))
             self.go(self._gate)
         else:
-            pose = self.grasp_pose.copy()
-            pose[2, 3] += height
-            self.line(pose)
+            self.line(self._raised(height))
 
     def check_still_held(self, action: str) -> None:
         """Close a little further and feel for the object.
@@ -182,17 +182,13 @@ class Hand:
     def put_back(self, action: str) -> None:
         """Set the object down where it stood, let go and rise to the gate.
 
-        Pads that have closed further since the grasp hold it lower in the hand: the hand stays higher by that, or
-        it would press the object onto the table, from where it jumps when it is let go.
+        Pads that have closed since they met it hold it lower in the hand: the hand stays higher by that, or it
+        would press the object onto the table, from where it jumps when it is let go.
         """
-        gripper, place = self.robot.gripper, self.grasp_pose.copy()
-        place[2, 3] += gripper.pad_depth(self.robot.read().opening) - gripper.pad_depth(self.closing[-1].opening)
-        if self._height_above() > place[2, 3] - self.grasp_pose[2, 3] + 1e-6:
-            self.line(place)
-        with self.tape.phase(action, "release"):
-            self.robot.grip(
-                min(self.width + 0.006, self.robot.gripper.max_opening), self.robot.gripper.min_speed, math.inf
-            )
+        place = self._swung(self.robot.read().opening)
+        if self._height_above() > place + 1e-6:
+            self.line(self._raised(place))
+        self._let_go(action, "release", min(self.width + 0.006, self.robot.gripper.max_opening))
         self.retreat()
 
     def retreat(self) -> None:
@@ -210,6 +206,31 @@ class Hand:
         enough to decide how hard to grip.
         """
         return carried_weight(self.robot.arm, before, after) / 9.81
+
+    def _let_go(self, action: str, phase: str, opening: float) -> None:
+        """Open, and keep the pads at their height meanwhile, for they swing up and take along what is light."""
+        gripper, now = self.robot.gripper, self.robot.read().opening
+        free = min(opening, max(self.present_width, now))
+        steps = math.ceil((self._swung(now) - self._swung(free)) / LOWERING - 0.5)
+        for step in np.linspace(now, free, steps + 1)[1:]:
+            with self.tape.phase(action, phase):
+                self.robot.grip(float(step), gripper.min_speed, math.inf)
+            place = self._swung(float(step))
+            if self._height_above() > place + 1e-6:
+                self.line(self._raised(place))
+        with self.tape.phase(action, phase):
+            self.robot.grip(opening, gripper.min_speed, math.inf)
+
+    def _swung(self, opening: float) -> float:
+        """Return how far pads that are so far open have come down since they met the object [m]."""
+        gripper = self.robot.gripper
+        return max(gripper.pad_depth(opening) - gripper.pad_depth(self.present_width), 0.0)
+
+    def _raised(self, height: float) -> Array:
+        """Return the pose over the one in which the object is grasped."""
+        pose = self.grasp_pose.copy()
+        pose[2, 3] += height
+        return pose
 
     def _close_in_air(self, action: str) -> list[Sample]:
         """Close to just off the object; leaves a phase ``air``, and returns it."""

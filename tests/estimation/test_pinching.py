@@ -10,7 +10,7 @@ from dynamics.errors import InvalidInput
 from dynamics.gripper import robotiq_2f85
 from dynamics.kinematics import solve_pose, tool_down
 from dynamics.signals import Phase, Sample
-from estimation.pinching import PINCH_SD, SLIDE_SD, Slide, find_slides, measure_pinched_rub, net_share
+from estimation.pinching import NET, NET_SD, SLIDE_SD, Slide, find_slides, measure_pinched_rub
 from estimation.rubbing import measure_rub
 
 ARM, GRIPPER = Arm.gen3(), robotiq_2f85()
@@ -92,7 +92,7 @@ def rub(mu, rng, *, force=8.0, slides=4, noise=0.0, current_noise=0.0, after=1.0
 def test_without_noise_the_coefficient_is_exact(mu):
     # Whatever offset the torque sensors have, how the pads swing, and what presses on them aside.
     found, measurement = measure_rub(ARM, rub(mu, np.random.default_rng(0)), gripper=GRIPPER)
-    assert found.coefficient * net_share(mu) == pytest.approx(mu, rel=5e-3)
+    assert found.coefficient * NET == pytest.approx(mu, rel=5e-3)
     assert found.normal == pytest.approx(8.0, rel=1e-3)
     assert (measurement.property, measurement.unit) == ("friction", "1")
     assert found.interval[0] < mu < found.interval[1]
@@ -102,14 +102,14 @@ def test_without_noise_the_coefficient_is_exact(mu):
 def test_force_that_changes_on_the_way_counts_for_little(after):
     # T is that of the last half of the slide, F that at its end.
     found, _ = measure_rub(ARM, rub(0.5, np.random.default_rng(0), after=after), gripper=GRIPPER)
-    assert found.coefficient * net_share(0.5) == pytest.approx(0.5, rel=0.1)
+    assert found.coefficient * NET == pytest.approx(0.5, rel=0.1)
     assert found.normal == pytest.approx(8.0 * after, rel=1e-3)
 
 
 def test_juddering_pads_are_read_by_the_upper_part_of_their_force():
     phases = rub(0.5, np.random.default_rng(0), judder=0.6)
     found, _ = measure_rub(ARM, phases, gripper=GRIPPER)
-    assert found.coefficient * net_share(0.5) == pytest.approx(0.5, rel=0.03)
+    assert found.coefficient * NET == pytest.approx(0.5, rel=0.03)
 
 
 def test_readings_after_the_pads_have_jumped_say_nothing_of_the_force():
@@ -119,7 +119,7 @@ def test_readings_after_the_pads_have_jumped_say_nothing_of_the_force():
             jumped = [dataclasses.replace(s, effort=AIR + 0.03) for s in phase.samples[4:]]
             phases[number] = dataclasses.replace(phase, samples=(*phase.samples[:4], *jumped))
     found, _ = measure_rub(ARM, phases, gripper=GRIPPER)
-    assert found.coefficient * net_share(0.5) == pytest.approx(0.5, rel=5e-3)
+    assert found.coefficient * NET == pytest.approx(0.5, rel=5e-3)
 
 
 def test_readings_of_the_sensors_are_within_the_uncertainty():
@@ -128,7 +128,7 @@ def test_readings_of_the_sensors_are_within_the_uncertainty():
     for seed in range(40):
         rng = np.random.default_rng(seed)
         phases = rub(0.5, rng, noise=0.1, current_noise=0.01)
-        errors.append(measure_pinched_rub(ARM, GRIPPER, phases)[0].coefficient * net_share(0.5) / 0.5 - 1)
+        errors.append(measure_pinched_rub(ARM, GRIPPER, phases)[0].coefficient * NET / 0.5 - 1)
     assert abs(np.mean(errors)) < 0.05  # the upper part of a noisy pull reads a little high
     assert np.std(errors) < 1.5 * SLIDE_SD / 2  # four slides, and what the force is read to
 
@@ -138,7 +138,7 @@ def test_slides_that_differ_more_than_is_known_of_them_widen_the_uncertainty():
     odd = [rub(mu, np.random.default_rng(1), slides=1)[2:] for mu in (0.35, 0.65, 0.4, 0.6)]
     found, _ = measure_pinched_rub(ARM, GRIPPER, even)
     other, _ = measure_pinched_rub(ARM, GRIPPER, [*even[:2], *(phase for phases in odd for phase in phases)])
-    own, more = ((e.sd / e.coefficient) ** 2 - PINCH_SD**2 for e in (found, other))
+    own, more = ((e.sd / e.coefficient) ** 2 - NET_SD**2 for e in (found, other))
     assert more > 1.44 * own
 
 
@@ -146,12 +146,12 @@ def test_a_slide_that_went_wrong_is_weighed_down():
     good = rub(0.5, np.random.default_rng(1))
     bad = rub(1.4, np.random.default_rng(1), slides=1)
     found, _ = measure_pinched_rub(ARM, GRIPPER, [*good, *bad[2:]])
-    assert found.coefficient * net_share(0.5) == pytest.approx(0.5, rel=0.02)
+    assert found.coefficient * NET == pytest.approx(0.5, rel=0.02)
 
 
 def test_force_is_that_at_the_end():
     assert Slide(8.0, 8.0, 8.0, 8.0, 8.4, 0.1).force == 8.4
-    assert Slide(16.0, 16.0, 16.0, 8.0, 12.0, 0.1).coefficient == pytest.approx(16 / 24 / net_share(16 / 24))
+    assert Slide(16.0, 16.0, 16.0, 8.0, 12.0, 0.1).coefficient == pytest.approx(16 / 24 / NET)
 
 
 def test_pads_that_never_slid_give_a_bound_in_words():

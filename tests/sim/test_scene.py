@@ -7,7 +7,7 @@ import pytest
 from dynamics.errors import InvalidInput
 from dynamics.gripper import robotiq_2f85
 from models.robot import gen3_mjcf
-from sim.contact import OVERDAMPED, TIMESTEP, contact_law, contact_saturation
+from sim.contact import OVERDAMPED, RUBBED, TIMESTEP, contact_law
 from sim.scene import TABLE_SIZE, scene_mjcf
 from tests.sim.objects import CORNERS, EDGE, block
 
@@ -19,28 +19,31 @@ GRAVITY = 9.81
 
 @pytest.mark.parametrize(("young", "mass"), GRID)
 @pytest.mark.parametrize("size", [(EDGE,) * 3, (0.04, 0.06, 0.08), (0.03, 0.05, 0.12)])
-def test_contact_is_so_much_stiffer_than_the_object(young, mass, size):
+@pytest.mark.parametrize("damping", [OVERDAMPED, RUBBED])
+def test_contact_is_so_much_stiffer_than_the_object(young, mass, size, damping):
     truth = block(young, mass, size)
-    time, impedance = contact_law(truth)
+    law = contact_law(truth, damping_ratio=damping)
+    assert law.damping_ratio == damping
+    time, impedance = law.time_constant, law.impedance
     assert time >= 2 * TIMESTEP  # below it contacts are garbage
     assert 0.9 <= impedance <= STRONGEST
-    contact = mass / (impedance * (1 - impedance) * (time * OVERDAMPED) ** 2)  # MuJoCo's, by its manual
+    contact = mass / (impedance * (1 - impedance) * (time * damping) ** 2)  # MuJoCo's, by its manual
     length, width, height = size
     own = young * max(width * height / length, length * height / width)  # the stiffer of the ways to grasp it
     # What the law misses is what is made up for on the object's weight in the contact solver, and it misses only
     # where the contact cannot be any stiffer.
-    assert contact * contact_saturation(truth) == pytest.approx(STIFFER * own, rel=1e-9)
-    if contact_saturation(truth) > 1 + 1e-9:
+    assert contact * law.shortfall == pytest.approx(STIFFER * own, rel=1e-9)
+    if law.shortfall > 1 + 1e-9:
         assert (time, impedance) == (2 * TIMESTEP, STRONGEST)
 
 
 def test_saturation_begins_where_it_was_measured():
     # R E L > m / (d (1 - d) (2 dt z)^2)
-    assert contact_saturation(block(1e6, 0.004)) == pytest.approx(
+    assert contact_law(block(1e6, 0.004)).shortfall == pytest.approx(
         STIFFER * 1e6 * EDGE * (2 * TIMESTEP * OVERDAMPED) ** 2 * STRONGEST * (1 - STRONGEST) / 0.004, rel=1e-3
     )
     for young, mass in ((1e6, 0.3), (1e5, 0.03), (5e3, 0.004), (1e6, 1.0)):
-        assert contact_saturation(block(young, mass)) == pytest.approx(1.0)
+        assert contact_law(block(young, mass)).shortfall == pytest.approx(1.0)
 
 
 def stood(truth, seconds=0.3, fidelity="uniform"):
