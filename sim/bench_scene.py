@@ -15,7 +15,6 @@ from dynamics.bench import Plates
 from dynamics.gripper import robotiq_2f85
 from sim.bodies import Fidelity, add_object
 from sim.engine import add_option
-from sim.pads import bevel
 from sim.truth import TrueObject
 
 SIDES = ("left", "right")
@@ -35,15 +34,13 @@ class Layout:
         face: extents of a plate's face across the closing direction and along the vertical [m].
         start: distance of a plate's face from the middle where the plates begin [m].
         above: height of the plates' middle over the object's [m].
-        bevelled: whether the plates are shaped as the gripper's pads.
     """
 
     edge: int
     width: float
     face: tuple[float, float]
     start: float
-    above: float
-    bevelled: bool
+    above: float = 0.0
 
 
 def layout_of(truth: TrueObject, plates: Plates, edge: int, gap: float, above: float = 0.0) -> Layout:
@@ -61,7 +58,7 @@ def layout_of(truth: TrueObject, plates: Plates, edge: int, gap: float, above: f
         face = (gripper.pad_width, gripper.pad_length)
     else:
         face = (_MARGIN * max(truth.size),) * 2
-    return Layout(edge, truth.size[edge], face, truth.size[edge] / 2 + gap, above, plates == "pads")
+    return Layout(edge, truth.size[edge], face, truth.size[edge] / 2 + gap, above)
 
 
 def bench_mjcf(
@@ -86,13 +83,13 @@ def bench_mjcf(
     drives = ET.SubElement(root, "actuator")
     sensors = ET.SubElement(root, "sensor")
     for side, sign in zip(SIDES, (1.0, -1.0), strict=True):
-        world.append(_plate(root, layout, side, sign, timestep))
+        world.append(_plate(layout, side, sign, timestep))
         ET.SubElement(drives, "position", name=side, joint=side, kp="1", kv="1")
         ET.SubElement(sensors, "contact", geom1=side, data="found force", reduce="netforce")
     return ET.tostring(root, encoding="unicode")
 
 
-def _plate(root: ET.Element, layout: Layout, side: str, sign: float, timestep: float) -> ET.Element:
+def _plate(layout: Layout, side: str, sign: float, timestep: float) -> ET.Element:
     """Return a plate that slides towards the middle from one side."""
     vertical = 2 if layout.edge != 2 else 1
     half = [layout.face[0] / 2] * 3
@@ -118,7 +115,7 @@ def _plate(root: ET.Element, layout: Layout, side: str, sign: float, timestep: f
         solimplimit="0.99 0.99 0.001",
     )
     # Plates meet the object alone, not each other.
-    geom = ET.SubElement(
+    ET.SubElement(
         plate,
         "geom",
         name=side,
@@ -128,8 +125,6 @@ def _plate(root: ET.Element, layout: Layout, side: str, sign: float, timestep: f
         conaffinity="1",
         rgba="0.4 0.45 0.5 0.6",
     )
-    if layout.bevelled:
-        bevel(root, geom, half, layout.edge, vertical)
     return plate
 
 

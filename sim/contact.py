@@ -66,10 +66,9 @@ def contact_law(
     return ContactLaw(time_constant, damping_ratio, impedance, max((time_constant / wanted) ** 2, 1.0))
 
 
-def damping_in_hand(truth: TrueObject) -> float:
-    """Return the damping ratio of an object that a hand explores [-].
+def can_be_rubbed(truth: TrueObject) -> bool:
+    """Tell whether an object is soft and has flat sides to rub along.
 
-    Only a box has sides to rub along. Bodies that are touched in many points take no such damping: the contact
-    solver no longer converges.
+    Bodies that are touched in many points take no damping of ``RUBBED``: the contact solver no longer converges.
     """
-    return RUBBED if truth.shape == "box" else OVERDAMPED
+    return truth.shape == "box" and not truth.is_rigid

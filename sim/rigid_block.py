@@ -18,7 +18,7 @@ from dynamics.arm import Arm
 from dynamics.gripper import ParallelGripper, robotiq_2f85
 from dynamics.kinematics import solve_pose, tool_down
 from dynamics.objects import DeclaredObject
-from sim.bodies import FRAME
+from sim.bodies import NAME
 from sim.contact import TIMESTEP
 from sim.scene import scene_mjcf
 from sim.truth import TrueObject
@@ -43,7 +43,7 @@ def squeeze_rigid_block(width: float = 0.056) -> tuple[float, float]:
     """
     gripper = robotiq_2f85()
     declared = DeclaredObject("block", "box", (width,) * 3, 1e-3, PLACE, 0.0)
-    stand_in = TrueObject(declared, (width,) * 3, 0.1, 1e5, 0.0, 0.8, 0.002, "rigid")
+    stand_in = TrueObject(declared, (width,) * 3, 0.1, 1e9, 0.0, 0.8, 0.002, "rigid")
     model = mujoco.MjModel.from_xml_string(_with_rigid_block(scene_mjcf(stand_in, gripper), width))
     data = mujoco.MjData(model)
     arm = Arm.gen3()
@@ -83,13 +83,13 @@ def _opening(model: mujoco.MjModel, data: mujoco.MjData, gripper: ParallelGrippe
 
 
 def _with_rigid_block(mjcf: str, width: float) -> str:
-    """Return the scene with a block that is part of the world in place of the soft object."""
+    """Return the scene with a block that is part of the world in place of the object."""
     root = ET.fromstring(mjcf)
     world = root.find("worldbody")
     assert world is not None
-    soft = world.find(f"body[@name='{FRAME}']")
-    assert soft is not None
-    world.remove(soft)
+    stand_in = world.find(f"body[@name='{NAME}']")
+    assert stand_in is not None
+    world.remove(stand_in)
     ET.SubElement(
         world,
         "geom",

@@ -14,7 +14,7 @@ from dynamics.gripper import ParallelGripper
 from models.robot import Revision, gen3_mjcf
 from sim.bodies import Fidelity, add_object
 from sim.cameras import add_cameras
-from sim.contact import TIMESTEP, damping_in_hand
+from sim.contact import OVERDAMPED, RUBBED, TIMESTEP, can_be_rubbed
 from sim.engine import add_option
 from sim.pads import bevel
 from sim.truth import TrueObject
@@ -52,7 +52,7 @@ def scene_mjcf(
     _add_looks(root)
     world = _child(root, "worldbody")
     _add_table(world)
-    add_object(root, truth, fidelity, damping_ratio=damping_in_hand(truth))
+    add_object(root, truth, fidelity, damping_ratio=RUBBED if can_be_rubbed(truth) else OVERDAMPED)
     add_cameras(root, truth.declared.position, vision)
     base = _child(world, "body[@name='base_link']")
     for body in base.iter("body"):
@@ -64,7 +64,8 @@ def scene_mjcf(
     for name in ("left_pad", "right_pad"):
         pad = _child(base, f".//geom[@name='{name}']")
         pad.set("friction", f"{truth.friction} 0.005 0.0001")
-        bevel(root, pad, [float(x) for x in pad.attrib["size"].split()], closing=1, along=2)
+        if can_be_rubbed(truth):
+            bevel(root, pad)
     _add_drives(root, gripper)
     return ET.tostring(root, encoding="unicode")
 

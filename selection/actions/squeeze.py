@@ -24,6 +24,8 @@ LEAST_CYCLES = 3
 MAX_STRAIN = 0.42
 SPRUNG_SDS = 5.0  # an object met narrower than known by so many standard deviations has been deformed
 RIGID_STRAIN = 1e-3  # compression of which nothing can be told
+SAGGING = 0.1  # compression at a grasp from which an object may be so soft that it sags onto the table
+HIGHER = 0.005  # m by which it is raised further then, to feel whether it hangs
 _LOOK = 0.6  # s of holding still to feel the weight: white noise of 0.3 N m is then 0.1 N of a change
 _LOST = 0.15, 0.3  # share of the weight, and N: a change of what is carried that tells of slipping
 
@@ -70,6 +72,8 @@ class Squeeze:
             hand.robot.hold(_LOOK)
         weight = 9.81 * max(hand.rough_payload(empty, laden), 0.0)
         _check_grip(hand, closing, weight)
+        if hand.width - hand.robot.read().opening > SAGGING * hand.width:
+            weight = _hangs(hand, empty, weight)
         grip = Grip(hand, closing, again, weight)
         travel, cycle = 0.0, 0
         while cycle < LEAST_CYCLES or (travel < TRAVEL and cycle < MOST_CYCLES):
@@ -146,6 +150,25 @@ def _compress(hand: Hand) -> float:
         if result is GripResult.STALLED:
             break
     return start - hand.robot.read().opening
+
+
+def _hangs(hand: Hand, empty: list[Sample], weight: float) -> float:
+    """Raise the object further and return what the pads carry then [N].
+
+    Raises:
+        ActionFailed: ``too heavy``, if it is more than before: the table has carried the rest.
+    """
+    hand.lift(_lift(hand) + HIGHER)
+    hand.settle()
+    with hand.tape.phase("squeeze", "look") as laden:
+        hand.robot.hold(_LOOK)
+    more = 9.81 * max(hand.rough_payload(empty, laden), 0.0)
+    if more - weight > _LOST[0] * weight + _LOST[1]:
+        raise ActionFailed(
+            "too heavy",
+            f"it sags onto the table: the pads carry {weight:.1f} N, and {more:.1f} N {HIGHER:g} m higher up",
+        )
+    return more
 
 
 def _check_grip(hand: Hand, closing: list[Sample], weight: float) -> None:

@@ -18,7 +18,8 @@ def check(modulus, mass, noise, seed):
 @pytest.mark.parametrize(("modulus", "mass"), CORNERS)
 def test_corners_without_noise(modulus, mass):
     weighed, elasticity = check(modulus, mass, "none", 0)
-    assert weighed == pytest.approx(mass, rel=1e-3)
+    # Light things tremble by some 1e-5 N m in the joints, which is 0.01 g.
+    assert weighed == pytest.approx(mass, rel=1e-3, abs=2.5e-5)
     assert elasticity[0] == pytest.approx(modulus, rel=0.03)
 
 
