@@ -167,7 +167,10 @@ def estimate_friction_at_slip(
     if not mass > 0:
         raise InvalidInput("slip: mass [kg]", mass, "a number > 0")
     noise = max(float(np.median(np.abs(np.diff(s)))) / 0.954, 1e-9)
-    candidates = np.linspace(t[0], t[-1], SCAN)
+    pressed = t[force > 0]
+    if len(pressed) < MIN_READINGS:
+        raise InvalidInput("slip: grip force [N]", f"{len(pressed)} readings over 0", f"{MIN_READINGS} or more")
+    candidates = np.linspace(pressed[0], pressed[-1], SCAN)
     loss = np.full((len(SLIP_POWERS), SCAN), np.inf)
     for i, power in enumerate(SLIP_POWERS):
         for j, onset in enumerate(candidates[1:-3], start=1):

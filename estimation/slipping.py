@@ -2,11 +2,12 @@
 
 What the arm carries is the object's weight as long as the pads hold it. From the onset of slip on it is 2 mu F and
 falls with the force F. A gripper that opens does not tell its force, so F comes from the opening, by the force
-over opening when it closed on the same object.
+over opening when it closed on the same object. That was read off a motor that the hanging weight helps to close.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -16,6 +17,7 @@ from dynamics.arm import Arm
 from dynamics.errors import InvalidInput
 from dynamics.gripper import ParallelGripper
 from dynamics.signals import JointReadings, Phase
+from estimation.carried import pull_of_weight
 from estimation.friction import GRAVITY, FrictionEstimate, estimate_friction_at_slip
 from estimation.measurement import Measurement
 from estimation.squeezing import air_current, closing_readings, opening_grid
@@ -24,7 +26,9 @@ from estimation.stiffness.noise import quantum_of
 Array = NDArray[np.float64]
 
 HELD_SHARE = 0.15  # of the loosening, its start: the object is still held, and its weight is read
-SPEED = 5  # readings of the running mean of the load
+FALLEN = 0.3  # share of the weight, by which the load has fallen when the object slips for sure: it may land next
+EXTRAPOLATED = 0.05  # of the least force of the closing, by which the line errs below it
+SPEED, SURE = 5, 15  # readings of a running mean of the load, to follow it and to be sure of it
 
 
 def measure_slip(
@@ -57,8 +61,9 @@ def measure_slip(
     if not weight > 0:
         raise InvalidInput("slip: weight of the object [N]", round(weight, 3), "a number > 0")
     weight_sd = max(float(load[:held].std()) / np.sqrt(held), arm.torque_gain_sd * weight)
-    force, force_sd = _force_at(gripper, phases, opening)
+    force, force_sd = _force_at(gripper, phases, opening, weight)
     smooth = np.convolve(load, np.ones(SPEED) / SPEED, "valid")
+    smooth = smooth[: _slipped(load, weight)]
     middle = slice(SPEED // 2, SPEED // 2 + len(smooth))
     found = estimate_friction_at_slip(
         time[middle],
@@ -71,18 +76,30 @@ def measure_slip(
     return found, found.measurement()
 
 
-def _force_at(gripper: ParallelGripper, phases: Sequence[Phase], opening: Array) -> tuple[Array, float]:
+def _slipped(load: Array, weight: float) -> int:
+    """Return how many readings there are until the object has slipped."""
+    sure = np.convolve(load, np.ones(SURE) / SURE, "valid")
+    gone = np.flatnonzero(sure < (1 - FALLEN) * weight)
+    return int(gone[0]) + SURE if len(gone) else len(load)
+
+
+def _force_at(
+    gripper: ParallelGripper, phases: Sequence[Phase], opening: Array, weight: float
+) -> tuple[Array, float]:
     """Return the force at openings by a line through that of the closing, and the sd of its calibration [N]."""
     air, _ = air_current([phase.gripper() for phase in _named(phases, "air")], gripper)
     closing = [phase.gripper() for phase in _named(phases, "compress")]
     at, effort, _ = closing_readings(closing, quantum_of(opening_grid(phases)))
     pressed = gripper.force_per_ampere * (effort - air) + gripper.friction_force
+    pressed = pressed + pull_of_weight(gripper, weight, at)
     slope, level = np.polyfit(at, pressed, 1)
     if not slope < 0:
         raise InvalidInput("slip: compress", f"{slope:.3g} N/m", "a force that rises as the gripper closes")
     force = np.maximum(slope * opening + level, 0.0)
-    scatter = float(np.std(pressed - slope * at - level)) / np.sqrt(len(at))
-    return force, float(np.hypot(gripper.force_sd(np.array([float(np.median(force))]))[0], scatter))
+    scatter = float(np.std(pressed - slope * at - level)) / math.sqrt(len(at))
+    step = -slope * quantum_of(opening_grid(phases)) / math.sqrt(12.0)
+    calibration = float(gripper.force_sd(np.array([float(np.median(force))]))[0])
+    return force, math.hypot(calibration, scatter, step, EXTRAPOLATED * max(float(pressed.min()), 0.0))
 
 
 def _load(arm: Arm, readings: JointReadings, tare: Array) -> Array:

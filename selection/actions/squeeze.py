@@ -180,8 +180,8 @@ def _check_grip(hand: Hand, closing: list[Sample], weight: float) -> None:
         ActionFailed: ``too heavy``, if it cannot.
     """
     gripper = hand.robot.gripper
-    efforts = [sample.effort for sample in closing[-3:]]
-    force = gripper.force_per_ampere * sum(efforts) / len(efforts) + gripper.friction_force
+    effort = max(sample.effort for sample in closing[-3:])  # on what is stiff it rises within one of them
+    force = gripper.force_per_ampere * effort + gripper.friction_force
     if 2 * SLIPPERY * force < weight:
         raise ActionFailed(
             "too heavy",

@@ -20,6 +20,11 @@ def sample(time, load, opening, effort, rng, noise, offset):
     return Sample(time, Q, np.zeros(7), tau, opening, effort)
 
 
+def pull(weight, force):
+    """Return what a hanging weight takes off the force that the motor feels [N]."""
+    return GRIPPER.swing(WIDTH - force / STIFFNESS) * weight / 2
+
+
 def loosened(mu, rng, mass=0.3, noise=0.05, slips=True):
     """Close to 12 N, then open so that the force falls evenly to nothing within 6 s."""
     offset = rng.normal(0, 0.3, 7)
@@ -30,7 +35,7 @@ def loosened(mu, rng, mass=0.3, noise=0.05, slips=True):
     compress = [
         sample(
             3 + 0.01 * k, weight, WIDTH - f / STIFFNESS,
-            AIR + (f - GRIPPER.friction_force) / GRIPPER.force_per_ampere, rng, noise, offset,
+            AIR + (f - pull(weight, f) - GRIPPER.friction_force) / GRIPPER.force_per_ampere, rng, noise, offset,
         )
         for k, f in enumerate(forces)
     ]  # fmt: skip
