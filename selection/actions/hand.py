@@ -59,7 +59,7 @@ class Hand:
         self._q = robot.read().q.copy()
         self._rest = self._q
         self.edge, _ = closing_edge(robot.gripper, declared)
-        self.width = self.present_width = declared.size[self.edge]
+        self.width = self.present_width = self._met = declared.size[self.edge]
         gripper = robot.gripper
         self._free = free_space(robot.arm, declared, self._rest)
         depth = gripper.pad_depth(self.width) - gripper.tool_depth
@@ -140,6 +140,7 @@ class Hand:
             air = self._close_in_air(action)
             if self._meets_early(air):
                 raise ActionFailed("displaced", "the pads meet something before they have closed to its width")
+        self._met = self.present_width
         with self.tape.phase(action, "grasp") as closing:
             result = self.robot.grip((1 - GRIP_STRAIN) * self.present_width, gripper.min_speed, GRIP_EFFORT)
         self._is_laden = True
@@ -210,7 +211,7 @@ class Hand:
     def _let_go(self, action: str, phase: str, opening: float) -> None:
         """Open, and keep the pads at their height meanwhile, for they swing up and take along what is light."""
         gripper, now = self.robot.gripper, self.robot.read().opening
-        free = min(opening, max(self.present_width, now))
+        free = min(opening, max(self._met, now))
         steps = math.ceil((self._swung(now) - self._swung(free)) / LOWERING - 0.5)
         for step in np.linspace(now, free, steps + 1)[1:]:
             with self.tape.phase(action, phase):
@@ -224,7 +225,7 @@ class Hand:
     def _swung(self, opening: float) -> float:
         """Return how far pads that are so far open have come down since they met the object [m]."""
         gripper = self.robot.gripper
-        return max(gripper.pad_depth(opening) - gripper.pad_depth(self.present_width), 0.0)
+        return max(gripper.pad_depth(opening) - gripper.pad_depth(self._met), 0.0)
 
     def _raised(self, height: float) -> Array:
         """Return the pose over the one in which the object is grasped."""
