@@ -327,7 +327,7 @@ def _decided(readings: Array, hessian: Array, free: NDArray[np.bool_]) -> float:
     """Return how many parameters the readings decide, the trace of their share of the information."""
     at = np.flatnonzero(free)
     h = hessian[np.ix_(at, at)]
-    size = np.sqrt(np.maximum(np.diag(h), 1e-300))
+    size = _scale(h)
     scale = np.outer(size, size)
     share = np.linalg.lstsq(h / scale, readings[np.ix_(at, at)] / scale, rcond=None)[0]
     return float(np.trace(share))
@@ -358,18 +358,25 @@ def _solve(hessian: Array, gradient: Array, free: NDArray[np.bool_], damping: fl
     """Return the damped step of the free parameters, scaled by the Hessian's diagonal."""
     at = np.flatnonzero(free)
     h, g = hessian[np.ix_(at, at)], gradient[at]
-    size = np.sqrt(np.maximum(np.diag(h), 1e-300))
+    size = _scale(h)
     scaled = h / np.outer(size, size) + damping * np.eye(len(at))
     move = np.zeros(len(gradient))
     move[at] = np.linalg.lstsq(scaled, g / size, rcond=None)[0] / size
     return move
 
 
+def _scale(hessian: Array) -> Array:
+    """Return the roots of the diagonal, 1 for what the readings say nothing of."""
+    diagonal = np.diag(hessian)
+    known = diagonal > 1e-300
+    return np.where(known, np.sqrt(np.where(known, diagonal, 1.0)), 1.0)
+
+
 def _invert(hessian: Array, free: NDArray[np.bool_]) -> Array | None:
     """Return the covariance of the free parameters within all, or None where it is not positive and finite."""
     at = np.flatnonzero(free)
     h = hessian[np.ix_(at, at)]
-    size = np.sqrt(np.maximum(np.diag(h), 1e-300))
+    size = _scale(h)
     scaled = h / np.outer(size, size)
     try:
         np.linalg.cholesky(scaled)

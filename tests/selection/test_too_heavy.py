@@ -19,10 +19,17 @@ from sim.truth import read_truth
 CUBE = read_truth(objects.locate("soft-cube"))
 
 
-@pytest.mark.parametrize("fidelity", ["uniform", pytest.param("indentation", marks=pytest.mark.slow)])
-def test_a_kilogram_of_sponge_is_refused_by_name(fidelity):
+@pytest.mark.parametrize(
+    ("fidelity", "mass"),
+    [
+        ("uniform", 1.0),
+        pytest.param("uniform", 0.8, marks=pytest.mark.slow),  # held, but it sags onto the table
+        pytest.param("indentation", 1.0, marks=pytest.mark.slow),
+    ],
+)
+def test_a_kilogram_of_sponge_is_refused_by_name(fidelity, mass):
     # 5 kPa bears 5.5 N at the strain of a grasp: 9 N by friction of 0.8, and the cube weighs 9.8 N.
-    sponge = dataclasses.replace(CUBE, young_modulus=5e3, mass=1.0)
+    sponge = dataclasses.replace(CUBE, young_modulus=5e3, mass=mass)
     robot = MujocoRobot(sponge, SensorModel.none(), fidelity=fidelity)
     tape = Tape(robot)
     with pytest.raises(ActionFailed) as failed:
