@@ -64,7 +64,7 @@ def scene_mjcf(
     for name in ("left_pad", "right_pad"):
         pad = _child(base, f".//geom[@name='{name}']")
         pad.set("friction", f"{truth.friction} 0.005 0.0001")
-        if can_be_rubbed(truth):
+        if can_be_rubbed(truth) and fidelity == "uniform":  # pads that sink in do so over their whole face
             bevel(root, pad)
     _add_drives(root, gripper)
     return ET.tostring(root, encoding="unicode")

@@ -11,8 +11,8 @@ from sim.scene import scene_mjcf
 from tests.sim.objects import thing
 
 
-def scene(truth):
-    return mujoco.MjModel.from_xml_string(scene_mjcf(truth, robotiq_2f85()))
+def scene(truth, fidelity="uniform"):
+    return mujoco.MjModel.from_xml_string(scene_mjcf(truth, robotiq_2f85(), fidelity=fidelity))
 
 
 def corners(model, name):
@@ -47,3 +47,9 @@ def test_soft_boxes_alone_are_rubbed(shape, young, rubbed):
     assert (model.geom("left_pad").type == mujoco.mjtGeom.mjGEOM_MESH) == rubbed
     damping = model.flex_solref[0, 1] if model.nflex else model.geom("object").solref[1]
     assert damping == (RUBBED if rubbed else OVERDAMPED)
+
+
+def test_pads_that_sink_in_are_boxes():
+    model = scene(thing("box", 5e4), "indentation")
+    assert model.geom("left_pad").type == mujoco.mjtGeom.mjGEOM_BOX
+    assert model.flex_solref[0, 1] == RUBBED
