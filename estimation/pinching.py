@@ -36,11 +36,13 @@ UPPER = 0.7  # quantile of the readings between: judder lets the pads slide seve
 FALL_SD = 0.5  # of one slide, per fall from there to the end: pads that jumped had another F before
 SMOOTH, SMOOTH_AIR = 5, 7  # samples of a running mean of the torques, with contact and without
 NET, NET_SD = 0.95, 0.05  # T over 2 mu F, and what objects differ by in it, in simulation: see docs/stiffness.md
+SUNK_SD = 1.0  # relative, per share of the width that the pads sink in by: such sides do not stand upright
 SLIDE_SD, SLIDE_KNOWN = 0.07, 4.0  # relative; of one slide, and how many slides would tell as much as is known
 NEVER_SLID = 1.8  # ratio of the force at the end over that in the middle of the way; 2 where nothing slides
 NEAR = 5  # readings of a closing that tell the force at its start
 FELL = 0.2  # share of the force by which it may not fall as the gripper closes, or the pads have jumped
 ROSE = 1.2  # times the force at the start, beyond noise, to which a closing tells of it
+MET = 0.03  # A over that in air, at which the pads have met the object
 FELT = 0.5  # N; smaller forces cannot be told from the gripper's own friction
 
 
@@ -53,6 +55,7 @@ class Slide:
         middle, end: tangential force half way and at the end, when the pads have come to rest [N].
         before, after: force of a pad when it began, roughly, and when it was over [N].
         force_sd: of the force when it was over, by the noise of the readings [N].
+        sunk: share of the object's width by which the pads have sunk in [-].
     """
 
     tangential: float
@@ -61,6 +64,7 @@ class Slide:
     before: float
     after: float
     force_sd: float
+    sunk: float = 0.0
 
     @property
     def force(self) -> float:
@@ -109,9 +113,9 @@ def measure_pinched_rub(
     fused = fuse([Measurement("friction", c, middle * sd, "1") for c, sd in zip(found, own, strict=True)])
     spread = fused.sd * _differ((found / fused.mean - 1) / own)
     normal = float(np.median([slide.force for slide in slides]))
-    common = math.hypot(
-        float(gripper.force_sd(np.array([normal]))[0]) / normal, math.sqrt(2) * arm.torque_gain_sd, NET_SD
-    )
+    sunk = float(np.median([slide.sunk for slide in slides]))
+    calibration = float(gripper.force_sd(np.array([normal]))[0]) / normal
+    common = math.hypot(calibration, math.sqrt(2) * arm.torque_gain_sd, NET_SD, SUNK_SD * sunk)
     mu, sd = fused.mean, math.hypot(spread, common * fused.mean)
     interval = (max(mu - 1.96 * sd, 0.0), mu + 1.96 * sd)
     estimate = FrictionEstimate(mu, sd, interval, mu, math.nan, 0.0, normal, "pinched rub")
@@ -142,6 +146,7 @@ def find_slides(arm: Arm, gripper: ParallelGripper, phases: Sequence[Phase]) -> 
         pressed = _pressed(arm, gripper, phases[min(after)].samples, baseline.last, air, locked)
         if pressed is None or pressed[0] < FELT:
             continue
+        met = max((p for p in touches if p < number), default=max(before))
         pull = _running_mean(baseline.tangential(phases[number].samples), SMOOTH)
         count = len(pull)
         resting = round((1 - RESTING) * count)
@@ -153,6 +158,7 @@ def find_slides(arm: Arm, gripper: ParallelGripper, phases: Sequence[Phase]) -> 
                 before=_closed(gripper, phases[max(before)].samples, air),
                 after=pressed[0],
                 force_sd=pressed[1],
+                sunk=_sunk(phases[met].samples, phases[number].samples, air),
             )
         )
     if not found:
@@ -228,6 +234,13 @@ def _pressed(
         return float(force.mean()), sd / math.sqrt(len(force))
     start = float(force.mean() - rise * squares.mean())
     return start, sd * math.sqrt(1 / len(force) + squares.mean() ** 2 / spread)
+
+
+def _sunk(touch: Sequence[Sample], slide: Sequence[Sample], air: float) -> float:
+    """Return by what share of the object's width pads have closed since they met it [-]."""
+    met = [sample.opening for sample in touch if sample.effort > air + MET]
+    now = float(np.median([sample.opening for sample in slide]))
+    return max(1 - now / met[0], 0.0) if met and met[0] > 0 else 0.0
 
 
 def _closed(gripper: ParallelGripper, samples: Sequence[Sample], air: float) -> float:

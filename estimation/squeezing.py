@@ -136,7 +136,8 @@ def measure_squeeze(
         sd = math.hypot(estimate.onset_sd, _resolution(quantum))
         widths = (Measurement("width", estimate.onset, sd, "m"),)
     if estimate.bound is not None:
-        return estimate, (elasticity_at_least(estimate.bound), *widths)
+        told = (elasticity_at_least(estimate.bound),) if estimate.bound > 0 else ()
+        return estimate, (*told, *widths)
     return estimate, (Measurement("elasticity", estimate.young_modulus, estimate.sd, "Pa"), *widths)
 
 

@@ -29,6 +29,8 @@ MAX_EFFORT = 0.9  # A
 CENTRING_EFFORT = 0.15  # A, enough to push what the pads can hold
 PATH_SPEED = 0.6  # share of the arm's speed and acceleration limits
 LINE_SPEED = 0.35
+SOFT = 0.05  # compression at a grasp from which an object is soft
+OFF = 0.004  # m over the table, to close on it again
 LOWERING = 0.001  # m by which the hand goes down between two openings as it lets go
 _PUSHED = 16  # samples in which to tell that something is pushed
 _SAME = 1e-6  # rad: a motion of less is none
@@ -147,6 +149,16 @@ class Hand:
         self.air, self.closing = air, closing
         if result is GripResult.REACHED and not self._feels(closing[len(closing) // 2 :]):
             raise ActionFailed("missed", "the gripper closed without feeling the object")
+
+    def tighten(self, action: str) -> None:
+        """Close again on what is soft, just off the table, which has taken a part of the force; or do nothing."""
+        now = self.robot.read().opening
+        if self.present_width - now <= SOFT * self.present_width:
+            return
+        self.lift(self._swung(now) + OFF)
+        opening = min((1 - GRIP_STRAIN) * self.present_width, now)
+        with self.tape.phase(action, "tighten"):
+            self.robot.grip(opening, self.robot.gripper.min_speed, GRIP_EFFORT)
 
     def regrasp(self, action: str, opening: float) -> list[Sample]:
         """Open on the object where it stands and close on it again; leaves a phase ``regrasp``, and returns it."""

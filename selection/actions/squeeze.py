@@ -10,7 +10,7 @@ from dynamics.signals import Sample
 from estimation.network import Network
 from estimation.sensor import Sensor
 from selection.actions.action import Findings, Readings
-from selection.actions.hand import GRIP_EFFORT, MAX_EFFORT, Hand
+from selection.actions.hand import GRIP_EFFORT, MAX_EFFORT, SOFT, Hand
 from selection.actions.springing import LEAST_STRAIN, SLIPPERY, Grip
 from selection.planner import ActionModel
 
@@ -24,8 +24,7 @@ LEAST_CYCLES = 3
 MAX_STRAIN = 0.42
 SPRUNG_SDS = 5.0  # an object met narrower than known by so many standard deviations has been deformed
 RIGID_STRAIN = 1e-3  # compression of which nothing can be told
-SAGGING = 0.1  # compression at a grasp from which an object may be so soft that it sags onto the table
-HIGHER = 0.005  # m by which it is raised further then, to feel whether it hangs
+HIGHER = 0.005  # m by which what is soft is raised further, to feel whether it hangs or sags onto the table
 _LOOK = 0.6  # s of holding still to feel the weight: white noise of 0.3 N m is then 0.1 N of a change
 _LOST = 0.15, 0.3  # share of the weight, and N: a change of what is carried that tells of slipping
 
@@ -72,7 +71,7 @@ class Squeeze:
             hand.robot.hold(_LOOK)
         weight = 9.81 * max(hand.rough_payload(empty, laden), 0.0)
         _check_grip(hand, closing, weight)
-        if hand.width - hand.robot.read().opening > SAGGING * hand.width:
+        if hand.width - hand.robot.read().opening > SOFT * hand.width:
             weight = _hangs(hand, empty, weight)
         grip = Grip(hand, closing, again, weight)
         travel, cycle = 0.0, 0
@@ -119,6 +118,8 @@ class Squeeze:
             weight=held_weight(readings.robot.arm, readings.phases),
         )
         notes: tuple[str, ...] = ()
+        if all(m.property == "width" for m in measurements):
+            notes += ("the readings do not tell its elasticity, nor a bound of it",)
         air, _ = air_current([p.gripper() for p in readings.phases if p.name == "air"], readings.robot.gripper)
         lost = lost_work(readings.phases, air, readings.robot.gripper.opening_quantum)
         if lost > PLASTIC:

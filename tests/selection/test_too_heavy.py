@@ -35,7 +35,8 @@ def test_a_kilogram_of_sponge_is_refused_by_name(fidelity, mass):
     with pytest.raises(ActionFailed) as failed:
         Squeeze().perform(Hand(robot, sponge.declared, tape))
     # How much of it the arm feels at first depends on how it sags; squeezed harder, it carries more of it.
-    assert failed.value.reason in ("too heavy", "slipped")
+    # In two cells it bulges by its own weight, up to the pads that come down around it.
+    assert failed.value.reason in ("too heavy", "slipped", *(("displaced",) if fidelity == "indentation" else ()))
 
 
 def test_a_force_that_cannot_be_counted_on_to_hold_is_refused():
