@@ -36,7 +36,7 @@ UPPER = 0.7  # quantile of the readings between: judder lets the pads slide seve
 FALL_SD = 0.5  # of one slide, per fall from there to the end: pads that jumped had another F before
 SMOOTH, SMOOTH_AIR = 5, 7  # samples of a running mean of the torques, with contact and without
 NET, NET_SD = 0.95, 0.05  # T over 2 mu F, and what objects differ by in it, in simulation: see docs/stiffness.md
-SUNK_SD = 1.0  # relative, per share of the width that the pads sink in by: such sides do not stand upright
+SUNK_SD = 1.0  # relative, per share of the width that pads sink in by: sides no longer upright
 SLIDE_SD, SLIDE_KNOWN = 0.07, 4.0  # relative; of one slide, and how many slides would tell as much as is known
 NEVER_SLID = 1.8  # ratio of the force at the end over that in the middle of the way; 2 where nothing slides
 NEAR = 5  # readings of a closing that tell the force at its start
@@ -88,8 +88,8 @@ def measure_pinched_rub(
 ) -> tuple[FrictionEstimate, Measurement]:
     """Estimate friction from slides of closed pads down the sides of an object.
 
-    mu = T / (2 NET F) of every slide; slides are fused with odd ones weighed down. Their variance is in part what is
-    known of slides and in part how these differ, by (n0 + sum r^2) / (n0 + n - 1) with their residuals r over what
+    mu = T / (2 NET F) of every slide; slides are fused with odd ones weighed down. Their variance is in part what
+    is known of slides and in part how these differ, by (n0 + sum r^2) / (n0 + n - 1) with their residuals r over what
     is known. The uncertainty of the force's calibration, of the torque sensors' scale and of the method are common
     to all and added after.
 

@@ -16,7 +16,7 @@ from dynamics.signals import GripperReadings, Phase
 
 Array = NDArray[np.float64]
 
-PLASTIC = 0.6  # share of the work lost from which an object has not sprung back; the table's drag feigns 0.3, noise 0.2
+PLASTIC = 0.6  # share of the work lost that is not sprung back; the table's drag feigns 0.3, noise 0.2
 LEAST_TICKS = 4.0  # steps of the opening that pads must have come back to tell
 MOST_CONTINUED = 3.0  # times what was passed, as which a line is believed
 STARTING = 2  # readings at the start of a motion in which the current is that of a motor that speeds up

@@ -48,9 +48,7 @@ def own_stiffness(truth: TrueObject) -> float:
     return min(truth.young_modulus, RIGID_ABOVE) * truth.volume / length**2
 
 
-def contact_law(
-    truth: TrueObject, timestep: float = TIMESTEP, damping_ratio: float = OVERDAMPED
-) -> ContactLaw:
+def contact_law(truth: TrueObject, timestep: float = TIMESTEP, damping_ratio: float = OVERDAMPED) -> ContactLaw:
     """Return the contact that is ``STIFFER`` than the object.
 
     The time constant is the shortest that the integrator can follow, T = 2 time steps, so that

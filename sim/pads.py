@@ -1,7 +1,7 @@
 """The shape of the pads where they rub along a soft body: their upper and lower edges are bevelled.
 
-A sharp edge that slides over a corner of a triangle of the body's surface catches it: for as long as the two overlap
-by less than the pad is pressed in, the shortest way out, and so the force of contact, is along the pad.
+A sharp edge that slides over a corner of a triangle of the body's surface catches it: for as long as the two
+overlap by less than the pad is pressed in, the shortest way out, and so the force of contact, is along the pad.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ from tests.sim.objects import thing
 LENS = thing("ellipsoid", 547215, 0.0768, (0.0651, 0.0659, 0.0365), -2.27, (0.1293, 0.424), 0.876)
 FLAT = thing("ellipsoid", 32420, 0.0672, (0.0735, 0.1004, 0.0427), -2.556, (0.4301, -0.3866), 0.922)
 LONG = thing("ellipsoid", 11618, 0.1482, (0.1064, 0.0586, 0.0458), 1.501, (0.5427, -0.2626), 0.906)
-# These jumped from the pads that pressed them onto the table, or rose with them as they opened, and fell 25 mm aside.
+# These jumped from pads that pressed them onto the table, or rose with pads that opened, and fell 25 mm aside.
 LIGHT = thing("cylinder", 6000, 0.006, (0.0710, 0.0710, 0.0610), 0.4, (0.42, 0.1), 0.81)
 AIRY = thing("sphere", 11249, 0.0049, (0.0688,) * 3, 1.779, (0.3369, -0.0059), 0.91)
 BALL = thing("sphere", 13999, 0.0408, (0.0696,) * 3, 1.307, (-0.1029, -0.4435), 0.598)

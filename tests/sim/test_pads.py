@@ -41,7 +41,9 @@ def test_bevelled_pad_is_the_box_but_for_its_upper_and_lower_edges():
     assert model.body("left_pad").mass == boxes.body("left_pad").mass
 
 
-@pytest.mark.parametrize(("shape", "young", "rubbed"), [("box", 1e6, True), ("box", 2e9, False), ("mesh", 5e4, False)])
+@pytest.mark.parametrize(
+    ("shape", "young", "rubbed"), [("box", 1e6, True), ("box", 2e9, False), ("mesh", 5e4, False)]
+)
 def test_soft_boxes_alone_are_rubbed(shape, young, rubbed):
     model = scene(thing(shape, young))
     assert (model.geom("left_pad").type == mujoco.mjtGeom.mjGEOM_MESH) == rubbed
