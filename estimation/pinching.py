@@ -88,10 +88,10 @@ def measure_pinched_rub(
 ) -> tuple[FrictionEstimate, Measurement]:
     """Estimate friction from slides of closed pads down the sides of an object.
 
-    mu = T / (2 NET F) of every slide; slides are fused with odd ones weighed down. Their variance is in part what
-    is known of slides and in part how these differ, by (n0 + sum r^2) / (n0 + n - 1) with their residuals r over what
-    is known. The uncertainty of the force's calibration, of the torque sensors' scale and of the method are common
-    to all and added after.
+    mu = T / (2 NET F) of every slide; slides are fused with odd ones weighed down. Their variance is in part
+    what is known of slides and in part how these differ, by (n0 + sum r^2) / (n0 + n - 1) with their residuals r
+    over what is known. The uncertainty of the force's calibration, of the torque sensors' scale and of the
+    method are common to all and added after.
 
     Args:
         arm, gripper: their descriptions.
