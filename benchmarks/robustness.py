@@ -22,8 +22,8 @@ from pathlib import Path
 
 import numpy as np
 
+from dynamics.command_line import ended
 from dynamics.errors import PalpateError
-from selection.command_line import ended
 from selection.dataset.folder import Dataset
 from selection.dataset.one import FAILURE, RESULT, Ignoring, Job, Outcome, Setup, explore_object
 from selection.dataset.progress import show_progress

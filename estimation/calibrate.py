@@ -22,6 +22,7 @@ masses of the robot's description, and their stated sd is large.
 def main(arguments: Sequence[str] | None = None) -> int:
     """Calibrate drive gains, friction and links from runs without a payload."""
     given = _parser().parse_args(arguments)
+    from dynamics.command_line import interrupted
     from dynamics.errors import PalpateError
 
     try:
@@ -29,6 +30,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (PalpateError, OSError) as error:
         sys.stderr.write(f"calibrate: {error}\n")
         return 2
+    except KeyboardInterrupt:
+        return interrupted("calibrate")
     return 0
 
 

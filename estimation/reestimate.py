@@ -21,6 +21,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return its exit code."""
     parser = _parser()
     given = parser.parse_args(arguments)
+    from dynamics.command_line import interrupted
     from dynamics.errors import PalpateError
     from estimation.reestimation.batch import Request, estimate_all, run_directories
     from estimation.reestimation.report import lines
@@ -36,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"{parser.prog}: {error}", file=sys.stderr)
         return WRONG_INPUT
     except KeyboardInterrupt:
-        return 130
+        return interrupted(parser.prog)
     bad = [report for report in reports if "error" in report]
     for report in bad:
         print(f"{parser.prog}: {report['log']}: {report['error']}", file=sys.stderr)

@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
+from dynamics.command_line import interrupted
 from dynamics.compression import Geometry, StressStrain, geometry_of, stress_strain
 from dynamics.errors import InvalidInput, PalpateError
 from dynamics.gripper import ParallelGripper, robotiq_2f85
@@ -145,6 +146,8 @@ def main(arguments: list[str] | None = None) -> int:
     except PalpateError as error:
         print(error, file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        return interrupted(parser.prog)
     if options.json:
         print(json.dumps({"series_stiffness": _finite(series[0]), "objects": {o.name: _plain(o) for o in found}}))
         return 0

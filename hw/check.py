@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from dynamics.command_line import interrupted
 from dynamics.errors import InvalidInput, PalpateError
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ def main(arguments: list[str] | None = None) -> int:
         sys.stderr.write(f"python -m hw.check: {error}\n")
         return WRONG
     except KeyboardInterrupt:
-        return 130
+        return interrupted("python -m hw.check")
 
 
 def _run(given: argparse.Namespace) -> int:

@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
-from selection.command_line import WRONG_INPUT
+from dynamics.command_line import WRONG_INPUT
 
 if TYPE_CHECKING:
     from selection.robots import RobotRequest

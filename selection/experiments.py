@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from dynamics.command_line import ended
 from selection.arguments import OneLineParser, seed
-from selection.command_line import ended
 
 if TYPE_CHECKING:
     from selection.trials.studies import Request

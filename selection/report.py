@@ -6,8 +6,8 @@ import argparse
 import sys
 from pathlib import Path
 
+from dynamics.command_line import ended
 from selection.arguments import OneLineParser
-from selection.command_line import ended
 
 
 def main(arguments: list[str] | None = None) -> int:

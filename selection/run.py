@@ -9,8 +9,8 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from dynamics.command_line import FAILED, ended
 from selection.arguments import object_file, parser, robot_request, wants_pictures
-from selection.command_line import FAILED, ended
 
 if TYPE_CHECKING:
     from estimation.recording import Recording

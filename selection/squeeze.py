@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from selection.command_line import FAILED, ended
+from dynamics.command_line import FAILED, ended
 from selection.squeeze_arguments import object_text, parser, strokes_of, take_preset
 
 if TYPE_CHECKING:

@@ -13,6 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from dynamics.command_line import interrupted
 from dynamics.errors import InvalidInput, PalpateError
 
 WRONG_INPUT, FAILED = 2, 1
@@ -31,6 +32,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except PalpateError as error:
         print(f"estimation.ipalm: {error}", file=sys.stderr)
         return WRONG_INPUT
+    except KeyboardInterrupt:
+        return interrupted("estimation.ipalm")
     return status
 
 

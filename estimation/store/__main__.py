@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from dynamics.command_line import interrupted
 from dynamics.errors import InvalidInput, PalpateError
 from estimation.ipalm.lists import from_list, to_list
 from estimation.recording import read_recording
@@ -34,6 +35,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except PalpateError as error:
         print(f"estimation.store: {error}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        return interrupted("estimation.store")
     except BrokenPipeError:
         return 0
     return 0

@@ -9,8 +9,8 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+from dynamics.command_line import ended
 from selection.arguments import DEFAULT_REFERENCE, OneLineParser
-from selection.command_line import ended
 
 MOST_OBJECTS = 1_000_000
 
