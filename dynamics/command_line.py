@@ -36,7 +36,8 @@ def interrupted(prog: str, hint: str = "") -> int:
     """Say on one line that a command was interrupted; return its exit code, and make the interpreter keep to it.
 
     CPython remembers a Ctrl-C that came while it ran code from a string, as dataclasses do, and in the end
-    dies of the signal whatever became of it (``run_eval_code_obj`` in its ``pythonrun.c``); the next such code clears that.
+    dies of the signal whatever became of it (``run_eval_code_obj`` in its ``pythonrun.c``). The next such code
+    clears that.
 
     Args:
         prog: name of the command.
