@@ -5,6 +5,10 @@ driven down along its sides. Where all of a pad slides the same way the arm feel
 weighs. Pads that judder slide in several ways at once, and hold with less: T is taken from the upper part of its
 readings, and what it still falls short by is ``NET``.
 
+F rises with T, for pads that are dragged along lean in, and is lost again where they jump. So what they pulled
+before a jump belongs to a larger F than is read after it, and what they pull at rest to no more than mu F: T is
+the geometric mean of the two.
+
 F is read when the gripper begins to close again, right after the slide, for a locked gripper's current says
 nothing of force. The pads swing down as they close, by ``gripper.swing`` of their way, against the friction on
 them: the motor feels F + swing T / 2.
@@ -33,7 +37,8 @@ Array = NDArray[np.float64]
 LATE = 0.5  # share of the time of a slide from which it counts: before, the object is sheared and does not slide
 RESTING = 0.1  # share of the time of a slide in which the pads have come to rest, at its end
 UPPER = 0.7  # quantile of the readings between: judder lets the pads slide several ways and pull less
-FALL_SD = 0.5  # of one slide, per fall from there to the end: pads that jumped had another F before
+FALL_SD = 0.25  # of one slide, per logarithm of the pull there over that at rest
+LEAST_LEFT = 0.05  # share of the pull that counts as left at rest at least
 SMOOTH, SMOOTH_AIR = 5, 7  # samples of a running mean of the torques, with contact and without
 NET, NET_SD = 0.95, 0.05  # T over 2 mu F, and what objects differ by in it, in simulation: see docs/stiffness.md
 SUNK_SD = 1.0  # relative, per share of the width that pads sink in by: sides no longer upright
@@ -51,14 +56,14 @@ class Slide:
     """One slide of the pads along the object's sides.
 
     Attributes:
-        tangential: while it slid, on both pads together [N].
+        sliding: tangential force while it slid, on both pads together [N].
         middle, end: tangential force half way and at the end, when the pads have come to rest [N].
         before, after: force of a pad when it began, roughly, and when it was over [N].
         force_sd: of the force when it was over, by the noise of the readings [N].
         sunk: share of the object's width by which the pads have sunk in [-].
     """
 
-    tangential: float
+    sliding: float
     middle: float
     end: float
     before: float
@@ -72,6 +77,16 @@ class Slide:
         return self.after
 
     @property
+    def left(self) -> float:
+        """Share of the pull that is left at rest [-]."""
+        return max(self.end / self.sliding, LEAST_LEFT)
+
+    @property
+    def tangential(self) -> float:
+        """Tangential force that belongs to the force of the pads [N]."""
+        return self.sliding * math.sqrt(self.left)
+
+    @property
     def coefficient(self) -> float:
         """Coefficient of friction [-]."""
         return self.tangential / (2 * NET * self.force)
@@ -79,8 +94,7 @@ class Slide:
     @property
     def relative_sd(self) -> float:
         """Relative standard deviation of the coefficient, as far as slides differ in it [-]."""
-        fall = abs(self.tangential - self.end) / self.tangential
-        return math.hypot(SLIDE_SD, self.force_sd / self.force, FALL_SD * fall)
+        return math.hypot(SLIDE_SD, self.force_sd / self.force, FALL_SD * math.log(self.left))
 
 
 def measure_pinched_rub(
@@ -152,7 +166,7 @@ def find_slides(arm: Arm, gripper: ParallelGripper, phases: Sequence[Phase]) -> 
         resting = round((1 - RESTING) * count)
         found.append(
             Slide(
-                tangential=float(np.quantile(pull[round(LATE * count) : resting], UPPER)),
+                sliding=float(np.quantile(pull[round(LATE * count) : resting], UPPER)),
                 middle=float(np.median(pull[round(0.4 * count) : round(0.6 * count)])),
                 end=float(np.median(pull[resting:])),
                 before=_closed(gripper, phases[max(before)].samples, air),

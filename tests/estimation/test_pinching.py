@@ -154,6 +154,19 @@ def test_force_is_that_at_the_end():
     assert Slide(16.0, 16.0, 16.0, 8.0, 12.0, 0.1).coefficient == pytest.approx(16 / 24 / NET)
 
 
+@pytest.mark.parametrize("lost", [1.5, 3.0])
+def test_pads_that_jumped_count_between_what_they_pulled_and_what_is_left(lost):
+    # They slid with more force than is read after, and rest with less pull than that force could hold.
+    force, mu = 8.0, 0.5
+    slide = Slide(2 * mu * NET * force * lost, 0.0, 2 * mu * NET * force / lost, 0.0, force, 0.1)
+    assert slide.coefficient == pytest.approx(mu)
+    even = Slide(2 * mu * NET * force, 0.0, 2 * mu * NET * force, 0.0, force, 0.1)
+    assert slide.relative_sd > 1.2 * even.relative_sd
+    nothing_left = Slide(8.0, 8.0, -0.1, 8.0, 8.0, 0.1)
+    assert 0 < nothing_left.coefficient < 0.25
+    assert nothing_left.relative_sd > 0.5
+
+
 def test_pads_that_never_slid_give_a_bound_in_words():
     phases = rub(0.5, np.random.default_rng(2), stuck=True)
     with pytest.raises(InvalidInput, match=r"mu is 0\.\d+ or more"):

@@ -1,6 +1,8 @@
-"""A default run, made once: it is looked at from several sides."""
+"""A default run, made once for all processes of the tests: it is looked at from several sides."""
 
+import fcntl
 import json
+import os
 
 import pytest
 
@@ -9,8 +11,13 @@ from selection.run import main
 
 @pytest.fixture(scope="session")
 def default_run(tmp_path_factory):
-    directory = tmp_path_factory.mktemp("runs") / "default"
-    assert main(["--out", str(directory), "--quiet"]) == 0
+    own = tmp_path_factory.getbasetemp()
+    shared = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+    directory = shared / "default"
+    with (shared / "default.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (directory / "result.json").exists():
+            assert main(["--out", str(directory), "--quiet"]) == 0
     return directory
 
 

@@ -204,7 +204,7 @@ def test_density_of_a_reading_against_a_plain_sum(spread, sd):
 
 
 def test_slides_of_a_rub_lie_on_the_line_of_their_friction():
-    found = tuple(Slide(2 * 0.5 * force, 0.0, 0.0, force, force, 0.1) for force in (4.0, 8.0))
+    found = tuple(Slide(2 * 0.5 * force, 0.0, 2 * 0.5 * force, force, force, 0.1) for force in (4.0, 8.0))
     figure = slides("rub", Pinching(found, 0.5, 0.03))
     assert "4.00 N at 4.00 N and 8.00 N at 8.00 N" in figure.alt
     assert "μ = 0.500 ± 0.030" in figure.inline.replace("\u00a0", " ")
