@@ -1,6 +1,6 @@
 """Friction by rubbing in simulation, over coefficients, moduli and masses: estimated over true, and its z-score.
 
-``python -m benchmarks.friction_in_simulation [--noise default|none] [--seeds N] [--fidelity F] [--json]``
+``python -m benchmarks.friction_in_simulation [--noise default|none] [--seeds N] [--fidelity F] [--workers N] [--json]``
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from sim.robot import MujocoRobot
 from sim.sensors import SensorModel
 from sim.truth import TrueObject, read_truth
 
-COEFFICIENTS = (0.2, 0.5, 1.0)
-MODULI = (5e4, 3e5, 1e6)  # Pa
-MASSES = (0.004, 0.1, 1.0)  # kg
+COEFFICIENTS = (0.2, 0.35, 0.5, 0.65, 0.8, 1.0)
+MODULI = (5e4, 1e5, 3e5, 1e6)  # Pa
+MASSES = (0.004, 0.02, 0.1, 1.0)  # kg
 Job = tuple[float, float, float, str, str, int]
 
 

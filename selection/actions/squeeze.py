@@ -118,6 +118,7 @@ class Squeeze:
             weight=held_weight(readings.robot.arm, readings.phases),
         )
         notes: tuple[str, ...] = ()
+        known = any(m.property == "elasticity" for m in measurements)
         if all(m.property == "width" for m in measurements):
             notes += ("the readings do not tell its elasticity, nor a bound of it",)
         air, _ = air_current([p.gripper() for p in readings.phases if p.name == "air"], readings.robot.gripper)
@@ -127,7 +128,9 @@ class Squeeze:
         for width in (m for m in measurements if m.property == "width"):
             if width.mean < size[edge] - SPRUNG_SDS * math.hypot(width.sd, sd[edge]):
                 measurements = tuple(m for m in measurements if m is not width)
-                notes += (f"it was met {width.mean:.4f} m wide, not {size[edge]:.4f}: it does not spring back",)
+                met = f"{width.mean:.4f} m wide, not {size[edge]:.4f}"
+                deformed = known or lost > PLASTIC  # else it was pressed by so much all along that little is told
+                notes += (f"it was met {met}: it does not spring back" if deformed else f"it seems {met}",)
         return Findings(measurements, notes)
 
 
