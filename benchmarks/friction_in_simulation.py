@@ -1,6 +1,7 @@
 """Friction by rubbing in simulation, over coefficients, moduli and masses: estimated over true, and its z-score.
 
-``python -m benchmarks.friction_in_simulation [--noise default|none] [--seeds N] [--fidelity F] [--workers N] [--json]``
+``python -m benchmarks.friction_in_simulation [--noise default|none] [--seeds N] [--fidelity uniform|indentation]
+[--workers N] [--json]``
 """
 
 from __future__ import annotations
