@@ -44,6 +44,7 @@ LATE_LOAD = 0.25  # share of the largest force above which the readings of the l
 EARLY_SHARE = 0.05  # but for so many of them
 RIGID_STEP = 5e-3  # strain to which the opening over an object that has not given way is believed
 RIGID_STRAIN = 1e-3  # compression of all squeezes below which an object has not given way
+PUSHED = 0.25  # share of the largest force on what does not give, up to which it may be pushed along the table
 SETTLING = 2  # samples left out at the start of a motion, where the motor still speeds up
 
 
@@ -114,6 +115,9 @@ def measure_squeeze(
     )
     reported, reported_effort = _reported(closing, locked, rigid)
     reported_force = gripper.force_per_ampere * (reported_effort - air)
+    if rigid:  # before both pads press on it, one may push it along the table, if it stands aside
+        pressed = reported_force > PUSHED * np.max(reported_force, initial=0.0)
+        reported, reported_force = reported[pressed], reported_force[pressed]
     reported_sd = _force_sd(np.maximum(reported_force, 0.0), gripper)
     estimate = hardly_gives(reported, reported_force, reported_sd, quantum, geometry, noise)
     if estimate is None:

@@ -120,23 +120,12 @@ def _weigh(state: _State, phases: Sequence[Phase], edge: int) -> Result:
 
 
 def _squeeze(state: _State, phases: Sequence[Phase], edge: int) -> Result:
-    from estimation.carried import held_weight
-    from estimation.squeezing import measure_squeeze
+    from estimation.squeezed import believe_squeeze
 
-    declared = state.known.declared
-    if declared is None or state.size is None:
+    known = state.known
+    if known.declared is None or state.size is None:
         return (), ("no elasticity: the object's shape and size are unknown; option --object",)
-    size, sd = state.size.mean, state.size.sd
-    _, measurements = measure_squeeze(
-        state.known.gripper,
-        declared.shape,
-        (size[edge], size[1 - edge], size[2]),
-        phases,
-        size_sd=(sd[edge], sd[1 - edge], sd[2]),
-        fill=state.size.fill,
-        weight=held_weight(state.known.arm, phases),
-    )
-    return measurements, ()
+    return believe_squeeze(known.arm, known.gripper, known.declared.shape, state.size, edge, phases)
 
 
 def _rub(state: _State, phases: Sequence[Phase], edge: int) -> Result:

@@ -22,7 +22,6 @@ TRAVEL = 0.03  # m of closing altogether: a stiff object gives little at a time 
 MOST_CYCLES = 8
 LEAST_CYCLES = 3
 MAX_STRAIN = 0.42
-SPRUNG_SDS = 5.0  # an object met narrower than known by so many standard deviations has been deformed
 RIGID_STRAIN = 1e-3  # compression of which nothing can be told
 HIGHER = 0.005  # m by which what is soft is raised further, to feel whether it hangs or sags onto the table
 _LOOK = 0.6  # s of holding still to feel the weight: white noise of 0.3 N m is then 0.1 N of a change
@@ -103,35 +102,14 @@ class Squeeze:
 
     def measure(self, readings: Readings) -> Findings:
         """Measure elasticity and width."""
-        from estimation.carried import held_weight
-        from estimation.springing import PLASTIC, lost_work
-        from estimation.squeezing import air_current, measure_squeeze
+        from estimation.squeezed import believe_squeeze
 
-        size, sd, edge = readings.size.mean, readings.size.sd, readings.edge
-        _, measurements = measure_squeeze(
-            readings.robot.gripper,
-            readings.shape,
-            (size[edge], size[1 - edge], size[2]),
-            readings.phases,
-            size_sd=(sd[edge], sd[1 - edge], sd[2]),
-            fill=readings.size.fill,
-            weight=held_weight(readings.robot.arm, readings.phases),
+        robot = readings.robot
+        return Findings(
+            *believe_squeeze(
+                robot.arm, robot.gripper, readings.shape, readings.size, readings.edge, readings.phases
+            )
         )
-        notes: tuple[str, ...] = ()
-        known = any(m.property == "elasticity" for m in measurements)
-        if all(m.property == "width" for m in measurements):
-            notes += ("the readings do not tell its elasticity, nor a bound of it",)
-        air, _ = air_current([p.gripper() for p in readings.phases if p.name == "air"], readings.robot.gripper)
-        lost = lost_work(readings.phases, air, readings.robot.gripper.opening_quantum)
-        if lost > PLASTIC:
-            notes += (f"it does not spring back: {lost:.0%} of the work of pressing it is lost",)
-        for width in (m for m in measurements if m.property == "width"):
-            if width.mean < size[edge] - SPRUNG_SDS * math.hypot(width.sd, sd[edge]):
-                measurements = tuple(m for m in measurements if m is not width)
-                met = f"{width.mean:.4f} m wide, not {size[edge]:.4f}"
-                deformed = known or lost > PLASTIC  # else it was pressed by so much all along that little is told
-                notes += (f"it was met {met}: it does not spring back" if deformed else f"it seems {met}",)
-        return Findings(measurements, notes)
 
 
 def _lift(hand: Hand) -> float:

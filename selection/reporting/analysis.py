@@ -221,6 +221,7 @@ class _State:
         return Analysis(holds=tuple(holds))
 
     def _squeeze(self, phases: Sequence[Phase], edge: int) -> Analysis:
+        from estimation.carried import held_weight
         from estimation.squeezing import (
             air_current,
             closing_readings,
@@ -237,7 +238,13 @@ class _State:
         extents = (size[edge], size[1 - edge], size[2])
         spread = (sd[edge], sd[1 - edge], sd[2])
         estimate, _ = measure_squeeze(
-            gripper, declared.shape, extents, phases, size_sd=spread, fill=self.size.fill
+            gripper,
+            declared.shape,
+            extents,
+            phases,
+            size_sd=spread,
+            fill=self.size.fill,
+            weight=held_weight(self.known.arm, phases),
         )
         air, _ = air_current([phase.gripper() for phase in phases if phase.name == "air"], gripper)
         quantum = gripper.opening_quantum if quantum_of(opening_grid(phases)) > 0 else 0.0

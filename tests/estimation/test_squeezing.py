@@ -116,7 +116,9 @@ def test_where_contact_is_left_open_there_is_no_width(monkeypatch):
     assert measure_squeeze(FACE, "box", CUBE, phases) == (nowhere, (elasticity_at_least(5e5),))
 
 
-def test_a_rigid_object_gives_a_bound_and_its_width():
+@pytest.mark.parametrize("pushed", [0.0, 0.08])
+def test_a_rigid_object_gives_a_bound_and_its_width(pushed):
+    """Also where one pad pushed it along the table, with so many amperes, before the other one met it."""
     quantum, rng, phases = FACE.opening_quantum, np.random.default_rng(0), []
     stands = round(0.056 / quantum) * quantum
 
@@ -129,6 +131,8 @@ def test_a_rigid_object_gives_a_bound_and_its_width():
         phases.append(Phase("squeeze", name, index, tuple(samples)))
 
     read("air", np.round(np.linspace(0.08, 0.06, 100) / quantum) * quantum, np.full(100, 0.05))
+    way = np.round(np.linspace(0.06, 0.0565, 40) / quantum) * quantum
+    read("grasp", [*way, *[stands] * 3], 0.05 + np.array([*np.linspace(0, pushed, 40), 0.1, 0.2, 0.3]))
     for index in range(8):
         read("compress", np.full(8, stands), 0.05 + np.linspace(0.0, 0.9, 8), index)
         read("dwell", np.full(15, stands), np.full(15, 0.05), index)
