@@ -38,6 +38,8 @@ LATE = 0.5  # share of the time of a slide from which it counts: before, the obj
 RESTING = 0.1  # share of the time of a slide in which the pads have come to rest, at its end
 UPPER = 0.7  # quantile of the readings between: judder lets the pads slide several ways and pull less
 FALL_SD = 0.25  # of one slide, per logarithm of the pull there over that at rest
+JUMP = 0.2  # share of its pull to which it falls where pads jump
+JUDDER_SD = 0.5  # of the method where they jump in all slides: very light things are thrown about between the pads
 LEAST_LEFT = 0.05  # share of the pull that counts as left at rest at least
 SMOOTH, SMOOTH_AIR = 5, 7  # samples of a running mean of the torques, with contact and without
 NET, NET_SD = 0.95, 0.05  # T over 2 mu F, and what objects differ by in it, in simulation: see docs/stiffness.md
@@ -61,6 +63,7 @@ class Slide:
         before, after: force of a pad when it began, roughly, and when it was over [N].
         force_sd: of the force when it was over, by the noise of the readings [N].
         sunk: share of the object's width by which the pads have sunk in [-].
+        kept: least share of the pull reached before that it fell to on the way [-].
     """
 
     sliding: float
@@ -70,6 +73,7 @@ class Slide:
     after: float
     force_sd: float
     sunk: float = 0.0
+    kept: float = 1.0
 
     @property
     def force(self) -> float:
@@ -96,6 +100,11 @@ class Slide:
         """Relative standard deviation of the coefficient, as far as slides differ in it [-]."""
         return math.hypot(SLIDE_SD, self.force_sd / self.force, FALL_SD * math.log(self.left))
 
+    @property
+    def jumped(self) -> bool:
+        """Tell whether the pads lost hold of the object on the way."""
+        return self.kept < JUMP
+
 
 def measure_pinched_rub(
     arm: Arm, gripper: ParallelGripper, phases: Sequence[Phase]
@@ -117,7 +126,7 @@ def measure_pinched_rub(
         InvalidInput: if phases are missing, the pads press too little to tell, or never slid.
     """
     slides = find_slides(arm, gripper, phases)
-    stuck = [slide for slide in slides if slide.end > NEVER_SLID * slide.middle]
+    stuck = [slide for slide in slides if slide.end > NEVER_SLID * slide.middle and not slide.jumped]
     if len(stuck) > len(slides) / 2:
         least = max(slide.end / (2 * slide.force) for slide in stuck)
         raise InvalidInput("rub: slides", "forces that only rise", f"pads that slide; mu is {least:.2f} or more")
@@ -129,7 +138,8 @@ def measure_pinched_rub(
     normal = float(np.median([slide.force for slide in slides]))
     sunk = float(np.median([slide.sunk for slide in slides]))
     calibration = float(gripper.force_sd(np.array([normal]))[0]) / normal
-    common = math.hypot(calibration, math.sqrt(2) * arm.torque_gain_sd, NET_SD, SUNK_SD * sunk)
+    judder = JUDDER_SD * sum(slide.jumped for slide in slides) / len(slides)
+    common = math.hypot(calibration, math.sqrt(2) * arm.torque_gain_sd, NET_SD, SUNK_SD * sunk, judder)
     mu, sd = fused.mean, math.hypot(spread, common * fused.mean)
     interval = (max(mu - 1.96 * sd, 0.0), mu + 1.96 * sd)
     estimate = FrictionEstimate(mu, sd, interval, mu, math.nan, 0.0, normal, "pinched rub")
@@ -172,6 +182,7 @@ def find_slides(arm: Arm, gripper: ParallelGripper, phases: Sequence[Phase]) -> 
                 before=_closed(gripper, phases[max(before)].samples, air),
                 after=pressed[0],
                 force_sd=pressed[1],
+                kept=_least_kept(pull[:resting]),
                 sunk=_sunk(phases[met].samples, phases[number].samples, air),
             )
         )
@@ -248,6 +259,12 @@ def _pressed(
         return float(force.mean()), sd / math.sqrt(len(force))
     start = float(force.mean() - rise * squares.mean())
     return start, sd * math.sqrt(1 / len(force) + squares.mean() ** 2 / spread)
+
+
+def _least_kept(pull: Array) -> float:
+    """Return the least share of the largest pull before that is left on the way, once it has begun [-]."""
+    share = pull / np.maximum(np.maximum.accumulate(pull), 1e-9)
+    return float(share[len(share) // 4 :].min())
 
 
 def _sunk(touch: Sequence[Sample], slide: Sequence[Sample], air: float) -> float:

@@ -10,7 +10,7 @@ from dynamics.errors import InvalidInput
 from dynamics.gripper import robotiq_2f85
 from dynamics.kinematics import solve_pose, tool_down
 from dynamics.signals import Phase, Sample
-from estimation.pinching import NET, NET_SD, SLIDE_SD, Slide, find_slides, measure_pinched_rub
+from estimation.pinching import JUDDER_SD, NET, NET_SD, SLIDE_SD, Slide, find_slides, measure_pinched_rub
 from estimation.rubbing import measure_rub
 
 ARM, GRIPPER = Arm.gen3(), robotiq_2f85()
@@ -165,6 +165,32 @@ def test_pads_that_jumped_count_between_what_they_pulled_and_what_is_left(lost):
     nothing_left = Slide(8.0, 8.0, -0.1, 8.0, 8.0, 0.1)
     assert 0 < nothing_left.coefficient < 0.25
     assert nothing_left.relative_sd > 0.5
+
+
+@pytest.mark.parametrize("jumps", [2, 5])
+def test_the_more_slides_jump_the_wider_is_the_uncertainty(monkeypatch, jumps):
+    pull = 2 * 0.5 * NET * 8.0
+
+    def found(slides):
+        monkeypatch.setattr("estimation.pinching.find_slides", lambda *_: tuple(slides))
+        return measure_pinched_rub(ARM, GRIPPER, ())[0]
+
+    smooth = [Slide(pull, pull, pull, 8.0, 8.0, 0.1, kept=0.8) for _ in range(5)]
+    jumping = [dataclasses.replace(slide, kept=0.05) for slide in smooth[:jumps]] + smooth[jumps:]
+    wide, usual = found(jumping), found(smooth)
+    assert wide.coefficient == usual.coefficient == pytest.approx(0.5)
+    assert wide.sd**2 - usual.sd**2 == pytest.approx((0.5 * JUDDER_SD * jumps / 5) ** 2)
+    # Thrown about, it may be pulled at more in the end than on the way: no sign of pads that never slid.
+    rising = [dataclasses.replace(slide, middle=0.2 * pull) for slide in jumping]
+    if jumps < 3:
+        with pytest.raises(InvalidInput, match="or more"):
+            found(rising)
+    else:
+        assert found(rising).coefficient == pytest.approx(0.5)
+
+
+def test_a_slide_tells_whether_the_pads_jumped():
+    assert not any(slide.jumped for slide in find_slides(ARM, GRIPPER, rub(0.5, np.random.default_rng(1))))
 
 
 def test_pads_that_never_slid_give_a_bound_in_words():
