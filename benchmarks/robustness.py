@@ -1,15 +1,16 @@
 """Full explorations of random objects: what crashes, warns, drops unnoticed or fails, and why.
 
-``python -m benchmarks.robustness --objects 200 --out DIR [--seed N] [--workers N] [--json]`` explores random
-objects at random places with the default noise until every action is used up, and looks into the simulator
+``python -m benchmarks.robustness --objects 200 --out DIR [--seed N] [--noise default|none] [--workers N]
+[--json]`` explores random objects at random places until every action is used up, and looks into the simulator
 meanwhile: where the object is really is compared with what was reported. What is complete in DIR is not done
 again, so a long study can be made piece by piece with a growing ``--objects``.
 
 Counted: explorations that crashed (any error that is not the project's own), those that physics warned of, objects
 that were dropped by an action that said all was well, and actions that failed, by reason. An object counts as
 dropped if it leaves the hand by more than 20 mm while it is lifted, comes down before the hand does, or is off the
-table in the end. Told besides: displaced, what rolled or slid by more than 15 mm when it was let go; and declined,
-actions that were not done because the object is not one for them (such as rubbing what has no upright sides).
+table in the end. Told besides: displaced, what rolled or slid by more than 15 mm when it was let go; declined,
+actions that were not done because the object is not one for them (such as rubbing what has no upright sides); and
+how what was measured compares with the truth.
 """
 
 from __future__ import annotations
@@ -24,8 +25,9 @@ import numpy as np
 
 from dynamics.command_line import ended
 from dynamics.errors import PalpateError
+from dynamics.tables import read_toml
 from selection.dataset.folder import Dataset
-from selection.dataset.one import FAILURE, RESULT, Ignoring, Job, Outcome, Setup, explore_object
+from selection.dataset.one import FAILURE, OBJECT, RESULT, Ignoring, Job, Outcome, Setup, explore_object
 from selection.dataset.progress import show_progress
 from sim.bodies import object_pose
 
@@ -36,6 +38,7 @@ UNSUITABLE = ("unsuitable", "too heavy", "unreachable")  # reasons not to begin 
 LOOK_EVERY = 5  # samples
 INSPECTION = "inspection.json"
 SHARE = 0.99  # of the actions that must succeed
+TWO_SIDED = 1.96
 
 
 class Inspector(Ignoring):
@@ -108,6 +111,7 @@ def summary(dataset: Dataset, count: int) -> dict[str, object]:
     crashes, warnings, refused, silent, displaced, declined, reasons = [], [], [], [], [], [], Counter()
     actions: Counter[str] = Counter()
     failed: Counter[str] = Counter()
+    found: dict[str, dict[str, list[tuple[float, float]]]] = {}
     failures, complete = [], 0
     for index in range(count):
         folder = dataset.job(index).folder
@@ -124,6 +128,13 @@ def summary(dataset: Dataset, count: int) -> dict[str, object]:
             continue
         result = json.loads((folder / RESULT).read_text())
         seen = json.loads((folder / INSPECTION).read_text())
+        shape, truth = read_toml(folder / OBJECT)["declared"]["shape"], result["truth"]["properties"]
+        for measured in (m for action in result["actions"] for m in action["measurements"]):
+            name = measured["property"]
+            if name in truth:
+                true = truth[name]["value"]
+                told = measured["mean"] / true, (measured["mean"] - true) / measured["sd"]
+                found.setdefault(name, {}).setdefault(shape, []).append(told)
         for action, looked in zip(result["actions"], seen, strict=True):
             name, note = action["action"], "; ".join(action["notes"])
             if not action["ok"] and note.startswith(UNSUITABLE) and looked["lifted_m"] < LIFTED:
@@ -154,6 +165,7 @@ def summary(dataset: Dataset, count: int) -> dict[str, object]:
         "succeeded_share": (total - bad) / total if total else None,
         "by_action": {name: {"done": actions[name], "failed": failed[name]} for name in sorted(actions)},
         "reasons": dict(reasons.most_common()),
+        "accuracy": {name: {shape: _accuracy(told) for shape, told in of.items()} for name, of in found.items()},
         "passed": complete == count
         and not (crashes or warnings or refused or silent)
         and total - bad >= SHARE * total,
@@ -169,6 +181,17 @@ def summary(dataset: Dataset, count: int) -> dict[str, object]:
     }
 
 
+def _accuracy(told: list[tuple[float, float]]) -> dict[str, float]:
+    """Return how measurements compare with the truth, from ratios to it and errors in standard deviations."""
+    ratio, error = np.array(told).T
+    return {
+        "measurements": len(told),
+        "median_ratio": float(np.median(ratio)),
+        "median_error": float(np.median(np.abs(ratio - 1))),
+        "coverage": float(np.mean(np.abs(error) <= TWO_SIDED)),
+    }
+
+
 def _errors(base: type) -> list[type]:
     return [base, *(found for kind in base.__subclasses__() for found in _errors(kind))]
 
@@ -179,6 +202,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("runs/robustness"))
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--reference", default="soft-cubes")
+    parser.add_argument("--noise", choices=("default", "none"), default="default")
     parser.add_argument("--poisson", type=float, default=0.45)
     parser.add_argument("--workers", type=int, default=0)
     parser.add_argument("--json", action="store_true")
@@ -189,7 +213,7 @@ def main() -> int:
 
 
 def _explore(given: argparse.Namespace) -> int:
-    setup = Setup(given.seed, given.reference, price=0.0, confidence=1.0, poisson=given.poisson)
+    setup = Setup(given.seed, given.reference, given.noise, price=0.0, confidence=1.0, poisson=given.poisson)
     with Dataset.open(given.out.resolve(), setup) as dataset:
         if not given.only_report:
             outcomes = dataset.explore(given.objects, given.workers, work=work)

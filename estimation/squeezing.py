@@ -44,6 +44,7 @@ LATE_LOAD = 0.25  # share of the largest force above which the readings of the l
 EARLY_SHARE = 0.05  # but for so many of them
 RIGID_STEP = 5e-3  # strain to which the opening over an object that has not given way is believed
 RIGID_STRAIN = 1e-3  # compression of all squeezes below which an object has not given way
+METHOD_SD = 0.035  # relative; what blocks and round things of all sizes differ by in simulation, without any noise
 PUSHED = 0.25  # share of the largest force on what does not give, up to which it may be pushed along the table
 SETTLING = 2  # samples left out at the start of a motion, where the motor still speeds up
 
@@ -317,10 +318,10 @@ def _gain_sd(
     size_sd: tuple[float, float, float],
     whole_pad: bool,
 ) -> float:
-    """Return the relative standard deviation that calibration and sizes put on every modulus."""
+    """Return the relative standard deviation that method, calibration and sizes put on every modulus."""
     relative = [sd / extent for sd, extent in zip(size_sd, size, strict=True)]
     if any(not (math.isfinite(r) and r >= 0) for r in relative):
         raise InvalidInput("squeeze: size_sd [m]", size_sd, "three finite numbers >= 0")
     # A modulus is F L / A: the area of a whole pad is known, that of a face is the product of its sides.
     sizes = relative[:1] if whole_pad else relative
-    return math.hypot(gripper.force_per_ampere_sd / gripper.force_per_ampere, *sizes)
+    return math.hypot(METHOD_SD, gripper.force_per_ampere_sd / gripper.force_per_ampere, *sizes)
