@@ -18,7 +18,8 @@ Array = NDArray[np.float64]
 
 DROP_TWO_SIDED, DROP_ONE_SIDED = 1.92, 1.353  # of the log-likelihood, for 95 %
 SOFTEST, STIFFEST = math.log(0.1), math.log(1000.0)  # followed from the start, at most
-STEP = 0.2  # of the log of the modulus
+STEP = 0.2  # of the log of the modulus, at most
+COARSE = 1.5  # drop of the log-likelihood over a step to both sides of the peak, from which steps are too wide
 
 
 @dataclass(frozen=True)
@@ -41,8 +42,10 @@ class Profile:
     open_ended: bool
 
 
-def profile(readings: Readings, scale: float, prior: Prior, start: Array, *, peak_only: bool = False) -> Profile:
-    """Follow the profile likelihood from a start upwards and downwards.
+def profile(
+    readings: Readings, scale: float, prior: Prior, start: Array, *, peak_only: bool = False, width: float = STEP
+) -> Profile:
+    """Follow the profile likelihood from a start upwards and downwards, in steps that fit its peak.
 
     Args:
         readings: of the curve.
@@ -50,6 +53,7 @@ def profile(readings: Readings, scale: float, prior: Prior, start: Array, *, pea
         prior: of the parameters.
         start: parameters, near the most probable ones, (5 + k,).
         peak_only: whether the ends of the interval are not needed; low and high are then meaningless.
+        width: of a step, of the log of the modulus.
     """
     known = replace(readings, sd=readings.sd * scale)
     centre = float(start[MODULUS])
@@ -61,13 +65,13 @@ def profile(readings: Readings, scale: float, prior: Prior, start: Array, *, pea
 
     def follow(step: int, start: Array) -> float:
         fixed = np.array(start)
-        mean[MODULUS] = fixed[MODULUS] = centre * math.exp(step * STEP)
+        mean[MODULUS] = fixed[MODULUS] = centre * math.exp(step * width)
         found = refine(known, fixed, Prior(mean, spread), scale_known=True)
         logs[step], starts[step] = found.log_likelihood, found
         return found.log_likelihood
 
     best = follow(0, start)
-    for direction, last in ((1, round(STIFFEST / STEP)), (-1, round(SOFTEST / STEP))):
+    for direction, last in ((1, round(STIFFEST / width)), (-1, round(SOFTEST / width))):
         step = 0
         while step != last:
             value = follow(step + direction, starts[step].parameters)
@@ -78,36 +82,46 @@ def profile(readings: Readings, scale: float, prior: Prior, start: Array, *, pea
     steps = np.array(sorted(logs))
     drop = best - np.array([logs[s] for s in steps])
     at = int(np.argmin(drop))
-    peak = float(steps[at]) + _vertex(drop, at)
+    least_rise = float(drop[[at - 1, at + 1]].min()) if 0 < at < len(drop) - 1 else 0.0
+    if least_rise > COARSE:
+        finer, nearest = width / math.sqrt(least_rise), starts[int(steps[at])].parameters
+        return profile(readings, scale, prior, nearest, peak_only=peak_only, width=finer)
+    peak = _vertex(np.exp(width * steps), drop, at)
     low, high = _crossing(steps, drop, at, -1, DROP_TWO_SIDED), _crossing(steps, drop, at, 1, DROP_TWO_SIDED)
     least = _crossing(steps, drop, at, -1, DROP_ONE_SIDED)
     free = refine(known, starts[int(steps[at])].parameters, prior, scale_known=True)
     return Profile(
-        modulus=centre * math.exp(peak * STEP),
-        low=0.0 if low is None else centre * math.exp(low * STEP),
-        high=math.inf if high is None else centre * math.exp(high * STEP),
-        least=0.0 if least is None else centre * math.exp(least * STEP),
+        modulus=centre * peak,
+        low=0.0 if low is None else centre * math.exp(low * width),
+        high=math.inf if high is None else centre * math.exp(high * width),
+        least=0.0 if least is None else centre * math.exp(least * width),
         fit=replace(free, scale=scale),
         open_ended=at == len(steps) - 1,
     )
 
 
-def _vertex(drop: Array, at: int) -> float:
-    """Return where, in steps from the lowest point, a parabola through it and its neighbours is lowest."""
+def _vertex(modulus: Array, drop: Array, at: int) -> float:
+    """Return where a parabola through the lowest point and its neighbours is lowest, between these."""
     if not 0 < at < len(drop) - 1:
-        return 0.0
-    left, middle, right = drop[at - 1 : at + 2]
-    bend = float(left - 2 * middle + right)
-    return float(np.clip((left - right) / (2 * bend), -0.5, 0.5)) if bend > 0 else 0.0
+        return float(modulus[at])
+    x, y = modulus[at - 1 : at + 2] - modulus[at], drop[at - 1 : at + 2] - drop[at]
+    bend, slope = np.linalg.solve(np.stack([x[[0, 2]] ** 2, x[[0, 2]]], axis=1), y[[0, 2]])
+    return (
+        float(modulus[at] + np.clip(-slope / (2 * bend), x[0] / 2, x[2] / 2)) if bend > 0 else float(modulus[at])
+    )
 
 
 def _crossing(steps: Array, drop: Array, at: int, direction: int, level: float) -> float | None:
-    """Return the farthest step in a direction at which the drop rises through a level, or None without one."""
+    """Return the farthest step in a direction at which the drop rises through a level, or None without one.
+
+    Between two steps its root is taken to be straight, as it is for a Gaussian.
+    """
     side = np.arange(at, len(drop)) if direction > 0 else np.arange(at, -1, -1)
     below = np.flatnonzero(drop[side] < level)
     last = int(below[-1])
     if last + 1 >= len(side):
         return None
     inner, outer = side[last], side[last + 1]
-    share = (level - drop[inner]) / (drop[outer] - drop[inner])
+    near, far = math.sqrt(drop[inner]), math.sqrt(drop[outer])
+    share = (math.sqrt(level) - near) / (far - near)
     return float(steps[inner] + share * (steps[outer] - steps[inner]))

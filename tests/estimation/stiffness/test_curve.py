@@ -125,6 +125,25 @@ def test_gripper_and_pads_are_taken_off():
     assert seeing.sd / seeing.young_modulus == pytest.approx(16.8 / 20 * 0.05, rel=0.25)
 
 
+@pytest.mark.parametrize("noise", [0.02, 1.0])
+def test_beside_a_stiff_gripper_the_interval_is_that_of_the_readings(noise):
+    """However narrow or wide it is: the profile likelihood of a line is a parabola."""
+    series = dataclasses.replace(BLOCK, series_stiffness=1e9)
+    found = []
+    for seed in range(20):
+        curve = curve_of(4e4, noise=noise, seed=seed)
+        one, other = (
+            estimate_stiffness(StressStrain(curve.strain, curve.stress, geometry), CurveNoise(noise / AREA))
+            for geometry in (BLOCK, series)
+        )
+        assert other.young_modulus == pytest.approx(one.young_modulus, abs=0.1 * one.sd)
+        assert other.reading_sd == pytest.approx(one.reading_sd, rel=0.3)
+        found.append(other)
+    pulls = [(e.young_modulus - 4e4) / e.sd for e in found]
+    assert abs(np.mean(pulls)) < 3 / math.sqrt(len(pulls))
+    assert 0.5 < np.std(pulls) < 1.5  # three standard errors of a deviation from 20
+
+
 def test_what_gives_less_than_the_gripper_is_a_bound():
     k = 5e3
     series = dataclasses.replace(BLOCK, series_stiffness=k, series_stiffness_sd=0.15 * k)
