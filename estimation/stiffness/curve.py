@@ -39,6 +39,7 @@ MIN_TOUCHING = 1.9  # readings that are no spikes, for contact to be believed
 CONTACT_EVIDENCE = 5.0  # slope over its standard deviation, for the same
 LAST, CLEAR_RISE = 5, 8.0  # readings at the end, and their stress over its noise, that are contact without a slope
 CURVED_TICKS = 20  # steps of the opening that a curvature needs
+MISFIT = 0.02  # of the largest stress, within which a line through 95 % of the readings is close enough to them
 MORE_EVIDENCE = 7.0  # log-likelihood that each curvature must gain beyond the information criterion
 READINGS_PER_CURVATURE = 10  # in contact
 CURVED = (False, True)
@@ -210,7 +211,7 @@ def _choose(
     x = _without_gripper(readings, apparent, float(prior.mean[COMPLIANCE]))
     best: tuple[Fit, Prior] | None = None
     curve: Fit | None = None
-    score = math.inf
+    score, straight_enough = math.inf, False
     for curvatures in CURVES[max_degree]:
         free = sum(curvatures)
         if count < READINGS_PER_CURVATURE * free:
@@ -221,8 +222,11 @@ def _choose(
         if free and np.min(slope_of(fit.parameters, h)) <= 0:
             continue
         criterion = -fit.log_likelihood + free * (0.5 * math.log(len(readings)) + MORE_EVIDENCE)
-        if criterion < score:
+        if criterion < score and not straight_enough:
             best, score = (fit, grown), criterion
+        if not free:
+            left = np.abs(readings.stress - readings.predict(fit.parameters)[0])
+            straight_enough = bool(np.quantile(left, 0.95) <= MISFIT * np.max(np.abs(readings.stress)))
         if curvatures == CURVED:
             curve = fit
     assert best is not None  # the straight line always scores

@@ -144,6 +144,14 @@ def test_beside_a_stiff_gripper_the_interval_is_that_of_the_readings(noise):
     assert 0.5 < np.std(pulls) < 1.5  # three standard errors of a deviation from 20
 
 
+@pytest.mark.parametrize(("cubic", "straight"), [(0.1, True), (6.0, False)])
+def test_a_curve_that_a_line_follows_to_a_hundredth_is_a_line(cubic, straight):
+    # However sure the readings are of it: E (h + 0.1 h^3) is 0.2 % off a line at 15 % strain, E (h + 6 h^3) 14 %.
+    estimate = estimate_stiffness(curve_of(4e4, noise=0.01, cubic=cubic))
+    assert bool(np.all(estimate.fit.parameters[5:] == 0)) == straight
+    assert estimate.young_modulus == pytest.approx(4e4, rel=0.02)
+
+
 def test_what_gives_less_than_the_gripper_is_a_bound():
     k = 5e3
     series = dataclasses.replace(BLOCK, series_stiffness=k, series_stiffness_sd=0.15 * k)
