@@ -16,6 +16,7 @@ from estimation.size import SizeEstimate
 from estimation.springing import PLASTIC, lost_work
 from estimation.squeezing import air_current, measure_squeeze
 
+METHOD_SD = 0.035  # relative; what shapes and sizes of all kinds differ by in the hand, simulated without noise
 SURPRISING = 5.0  # standard deviations by which an object met narrower or wider than known is not as known
 ASIDE = 0.05  # share of its width by which it must be wider besides, to be another side of it
 
@@ -41,7 +42,14 @@ def believe_squeeze(
     """
     extents, spread = _closing_first(size.mean, edge), _closing_first(size.sd, edge)
     _, measurements = measure_squeeze(
-        gripper, shape, extents, phases, size_sd=spread, fill=size.fill, weight=held_weight(arm, phases)
+        gripper,
+        shape,
+        extents,
+        phases,
+        size_sd=spread,
+        fill=size.fill,
+        weight=held_weight(arm, phases),
+        method_sd=METHOD_SD if any(phase.name == "grasp" for phase in phases) else 0.0,  # a bench centres it
     )
     notes: tuple[str, ...] = ()
     known = any(m.property == "elasticity" for m in measurements)

@@ -44,7 +44,6 @@ LATE_LOAD = 0.25  # share of the largest force above which the readings of the l
 EARLY_SHARE = 0.05  # but for so many of them
 RIGID_STEP = 5e-3  # strain to which the opening over an object that has not given way is believed
 RIGID_STRAIN = 1e-3  # compression of all squeezes below which an object has not given way
-METHOD_SD = 0.035  # relative; what blocks and round things of all sizes differ by in simulation, without any noise
 PUSHED = 0.25  # share of the largest force on what does not give, up to which it may be pushed along the table
 SETTLING = 2  # samples left out at the start of a motion, where the motor still speeds up
 
@@ -60,6 +59,7 @@ def measure_squeeze(
     rule: Rule = "auto",
     fill: float | None = None,
     weight: float = 0.0,
+    method_sd: float = 0.0,
 ) -> tuple[StiffnessEstimate, tuple[Measurement, ...]]:
     """Estimate the stiffness of a squeezed object and measure its elasticity and width.
 
@@ -78,6 +78,7 @@ def measure_squeeze(
         rule: how force spreads in the object, see :func:`dynamics.compression.geometry_of`.
         fill: share of its bounding box that the object fills, for a mesh.
         weight: that hangs between the pads [N], see :mod:`estimation.carried`.
+        method_sd: relative standard deviation of all that formula and grip leave out.
 
     Returns:
         The estimate, and measurements of ``elasticity`` [Pa] (of ``compliance`` [1/Pa] if it is a bound, see
@@ -112,7 +113,9 @@ def measure_squeeze(
         baseline_sd=max(air_sd * gripper.force_per_ampere, 1e-6) / geometry.area,
         deadband=gripper.friction_force / geometry.area,
         deadband_sd=gripper.friction_force_sd / geometry.area,
-        gain_sd=_gain_sd(gripper, shape, size, size_sd, geometry.contact_area == gripper.pad_area),
+        gain_sd=math.hypot(
+            method_sd, _gain_sd(gripper, shape, size, size_sd, geometry.contact_area == gripper.pad_area)
+        ),
     )
     reported, reported_effort = _reported(closing, locked, rigid)
     reported_force = gripper.force_per_ampere * (reported_effort - air)
@@ -318,10 +321,10 @@ def _gain_sd(
     size_sd: tuple[float, float, float],
     whole_pad: bool,
 ) -> float:
-    """Return the relative standard deviation that method, calibration and sizes put on every modulus."""
+    """Return the relative standard deviation that calibration and sizes put on every modulus."""
     relative = [sd / extent for sd, extent in zip(size_sd, size, strict=True)]
     if any(not (math.isfinite(r) and r >= 0) for r in relative):
         raise InvalidInput("squeeze: size_sd [m]", size_sd, "three finite numbers >= 0")
     # A modulus is F L / A: the area of a whole pad is known, that of a face is the product of its sides.
     sizes = relative[:1] if whole_pad else relative
-    return math.hypot(METHOD_SD, gripper.force_per_ampere_sd / gripper.force_per_ampere, *sizes)
+    return math.hypot(gripper.force_per_ampere_sd / gripper.force_per_ampere, *sizes)

@@ -222,6 +222,7 @@ class _State:
 
     def _squeeze(self, phases: Sequence[Phase], edge: int) -> Analysis:
         from estimation.carried import held_weight
+        from estimation.squeezed import METHOD_SD
         from estimation.squeezing import (
             air_current,
             closing_readings,
@@ -245,6 +246,7 @@ class _State:
             size_sd=spread,
             fill=self.size.fill,
             weight=held_weight(self.known.arm, phases),
+            method_sd=METHOD_SD,
         )
         air, _ = air_current([phase.gripper() for phase in phases if phase.name == "air"], gripper)
         quantum = gripper.opening_quantum if quantum_of(opening_grid(phases)) > 0 else 0.0
