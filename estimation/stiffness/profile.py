@@ -106,9 +106,8 @@ def _vertex(modulus: Array, drop: Array, at: int) -> float:
         return float(modulus[at])
     x, y = modulus[at - 1 : at + 2] - modulus[at], drop[at - 1 : at + 2] - drop[at]
     bend, slope = np.linalg.solve(np.stack([x[[0, 2]] ** 2, x[[0, 2]]], axis=1), y[[0, 2]])
-    return (
-        float(modulus[at] + np.clip(-slope / (2 * bend), x[0] / 2, x[2] / 2)) if bend > 0 else float(modulus[at])
-    )
+    shift = np.clip(-slope / (2 * bend), x[0] / 2, x[2] / 2) if bend > 0 else 0.0
+    return float(modulus[at] + shift)
 
 
 def _crossing(steps: Array, drop: Array, at: int, direction: int, level: float) -> float | None:
