@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from dynamics.arm import Arm
 from dynamics.errors import ActionFailed
@@ -15,15 +16,31 @@ from estimation.measurement import Measurement
 from estimation.size import SizeEstimate
 from estimation.springing import PLASTIC, lost_work
 from estimation.squeezing import air_current, measure_squeeze
+from estimation.stiffness import StiffnessEstimate
 
 METHOD_SD = 0.035  # relative; what shapes and sizes of all kinds differ by in the hand, simulated without noise
 SURPRISING = 5.0  # standard deviations by which an object met narrower or wider than known is not as known
 ASIDE = 0.05  # share of its width by which it must be wider besides, to be another side of it
 
 
+@dataclass(frozen=True)
+class SqueezeFindings:
+    """What a squeeze came to.
+
+    Attributes:
+        estimate: of the stiffness.
+        measurements: of ``elasticity`` or ``compliance`` and of ``width``, without what cannot be believed.
+        notes: what a person should know besides.
+    """
+
+    estimate: StiffnessEstimate
+    measurements: tuple[Measurement, ...]
+    notes: tuple[str, ...] = ()
+
+
 def believe_squeeze(
     arm: Arm, gripper: ParallelGripper, shape: Shape, size: SizeEstimate, edge: int, phases: Sequence[Phase]
-) -> tuple[tuple[Measurement, ...], tuple[str, ...]]:
+) -> SqueezeFindings:
     """Measure a squeeze, and hold what comes of it against what is known of the object.
 
     Args:
@@ -32,16 +49,13 @@ def believe_squeeze(
         edge: which of its lengths the pads close on.
         phases: of one squeeze, see :func:`estimation.squeezing.measure_squeeze`.
 
-    Returns:
-        Measurements of ``elasticity`` or ``compliance`` and of ``width``, without what cannot be believed; notes.
-
     Raises:
         InvalidInput: as `measure_squeeze`.
         ActionFailed: ``displaced``, if the object was met so much wider than it is that the pads cannot be where
             they are believed to be on it: then force and opening do not tell its modulus.
     """
     extents, spread = _closing_first(size.mean, edge), _closing_first(size.sd, edge)
-    _, measurements = measure_squeeze(
+    estimate, measurements = measure_squeeze(
         gripper,
         shape,
         extents,
@@ -68,7 +82,7 @@ def believe_squeeze(
             measurements = tuple(m for m in measurements if m is not width)
             deformed = known or lost > PLASTIC  # else it was pressed by so much all along that little is told
             notes += (f"it was met {met}: it does not spring back" if deformed else f"it seems {met}",)
-    return measurements, notes
+    return SqueezeFindings(estimate, measurements, notes)
 
 
 def _closing_first(lengths: tuple[float, float, float], edge: int) -> tuple[float, float, float]:

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.compression import Geometry, Rule, geometry_of, stress_strain
+from dynamics.compression import Geometry, Rule, StressStrain, geometry_of, stress_strain
 from dynamics.errors import InvalidInput
 from dynamics.gripper import ParallelGripper
 from dynamics.shapes import Shape
@@ -93,18 +93,18 @@ def measure_squeeze(
             raise InvalidInput(
                 "squeeze: phases", sorted({phase.name for phase in phases}), f"a phase named {name}"
             )
-    air, air_sd = air_current([phase.gripper() for phase in phases if phase.name == "air"], gripper)
-    quantum = gripper.opening_quantum if quantum_of(opening_grid(phases)) > 0 else 0.0
-    closing = [phase.gripper() for phase in phases if phase.name in ("close", "compress")]
+    air, air_sd = air_current(_readings(phases, "air"), gripper)
+    quantum = _quantum(gripper, phases)
+    closing = _readings(phases, "close", "compress")
     if lost_work(phases, air, quantum) > PLASTIC:
         closing = elastic_readings(phases) or closing
     rigid = _gave_by(closing) <= max(quantum, RIGID_STRAIN * size[0])
     if rigid:  # then only how the grasp met it shows where it is, and its give is not told from that of the pads
-        closing = [phase.gripper() for phase in phases if phase.name == "grasp"] + closing
+        closing = _readings(phases, "grasp") + closing
         if quantum == 0:
             quantum = RIGID_STEP * size[0]
             closing = [replace(r, opening=np.round(r.opening / quantum) * quantum) for r in closing]
-    locked = locked_current([phase.gripper() for phase in phases if phase.name == "dwell"])
+    locked = locked_current(_readings(phases, "dwell"))
     geometry = geometry_of(shape, size, gripper, poisson=poisson, rule=rule, fill=fill)
     noise = CurveNoise(
         stress_sd=_force_sd(np.zeros(1), gripper) / geometry.area,
@@ -147,6 +147,19 @@ def measure_squeeze(
         told = (elasticity_at_least(estimate.bound),) if estimate.bound > 0 else ()
         return estimate, (*told, *widths)
     return estimate, (Measurement("elasticity", estimate.young_modulus, estimate.sd, "Pa"), *widths)
+
+
+def closing_curve(gripper: ParallelGripper, geometry: Geometry, phases: Sequence[Phase]) -> StressStrain:
+    """Return stress over strain of all readings of closing pads in a squeeze.
+
+    Raises:
+        InvalidInput: if the pads hardly move.
+    """
+    air, _ = air_current(_readings(phases, "air"), gripper)
+    locked = locked_current(_readings(phases, "dwell"))
+    closing = _readings(phases, "close", "compress")
+    opening, effort, _ = closing_readings(closing, _quantum(gripper, phases), locked)
+    return stress_strain(gripper.force_per_ampere * (effort - air), opening, geometry)
 
 
 def _estimate(
@@ -297,6 +310,16 @@ def between_steps(readings: GripperReadings) -> Array:
         half = np.max(np.abs(np.diff(readings.opening))) / 2
         smooth = np.where(end, np.clip(at, readings.opening - half, readings.opening + half), smooth)
     return smooth
+
+
+def _readings(phases: Sequence[Phase], *names: str) -> list[GripperReadings]:
+    """Return the gripper's readings in the phases of some names."""
+    return [phase.gripper() for phase in phases if phase.name in names]
+
+
+def _quantum(gripper: ParallelGripper, phases: Sequence[Phase]) -> float:
+    """Return the steps in which the opening is reported [m]; 0 if it is not."""
+    return gripper.opening_quantum if quantum_of(opening_grid(phases)) > 0 else 0.0
 
 
 def opening_grid(phases: Sequence[Phase]) -> Array:

@@ -125,7 +125,8 @@ def _squeeze(state: _State, phases: Sequence[Phase], edge: int) -> Result:
     known = state.known
     if known.declared is None or state.size is None:
         return (), ("no elasticity: the object's shape and size are unknown; option --object",)
-    return believe_squeeze(known.arm, known.gripper, known.declared.shape, state.size, edge, phases)
+    found = believe_squeeze(known.arm, known.gripper, known.declared.shape, state.size, edge, phases)
+    return found.measurements, found.notes
 
 
 def _rub(state: _State, phases: Sequence[Phase], edge: int) -> Result:

@@ -105,11 +105,10 @@ class Squeeze:
         from estimation.squeezed import believe_squeeze
 
         robot = readings.robot
-        return Findings(
-            *believe_squeeze(
-                robot.arm, robot.gripper, readings.shape, readings.size, readings.edge, readings.phases
-            )
+        found = believe_squeeze(
+            robot.arm, robot.gripper, readings.shape, readings.size, readings.edge, readings.phases
         )
+        return Findings(found.measurements, found.notes)
 
 
 def _lift(hand: Hand) -> float:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.compression import StressStrain, stress_strain
+from dynamics.compression import StressStrain
 from dynamics.errors import PalpateError
 from dynamics.signals import JointReadings, Phase
 from estimation.belief import Belief
@@ -221,39 +221,14 @@ class _State:
         return Analysis(holds=tuple(holds))
 
     def _squeeze(self, phases: Sequence[Phase], edge: int) -> Analysis:
-        from estimation.carried import held_weight
-        from estimation.squeezed import METHOD_SD
-        from estimation.squeezing import (
-            air_current,
-            closing_readings,
-            locked_current,
-            measure_squeeze,
-            opening_grid,
-        )
-        from estimation.stiffness.noise import quantum_of
+        from estimation.squeezed import believe_squeeze
+        from estimation.squeezing import closing_curve
 
-        declared, gripper = self.known.declared, self.known.gripper
+        declared, arm, gripper = self.known.declared, self.known.arm, self.known.gripper
         if declared is None or self.size is None:
             return Analysis(notes=("No stress and strain: the object's shape and size are unknown.",))
-        size, sd = self.size.mean, self.size.sd
-        extents = (size[edge], size[1 - edge], size[2])
-        spread = (sd[edge], sd[1 - edge], sd[2])
-        estimate, _ = measure_squeeze(
-            gripper,
-            declared.shape,
-            extents,
-            phases,
-            size_sd=spread,
-            fill=self.size.fill,
-            weight=held_weight(self.known.arm, phases),
-            method_sd=METHOD_SD,
-        )
-        air, _ = air_current([phase.gripper() for phase in phases if phase.name == "air"], gripper)
-        quantum = gripper.opening_quantum if quantum_of(opening_grid(phases)) > 0 else 0.0
-        closing = [phase.gripper() for phase in phases if phase.name in ("close", "compress")]
-        locked = locked_current([phase.gripper() for phase in phases if phase.name == "dwell"])
-        opening, effort, _ = closing_readings(closing, quantum, locked)
-        curve = stress_strain(gripper.force_per_ampere * (effort - air), opening, estimate.geometry)
+        estimate = believe_squeeze(arm, gripper, declared.shape, self.size, edge, phases).estimate
+        curve = closing_curve(gripper, estimate.geometry, phases)
         cycles = [p.gripper() for p in phases if p.name in ("close", "compress", "dwell", "release") and p.samples]
         series = (np.concatenate([getattr(c, name) for c in cycles]) for name in ("time", "opening", "effort"))
         return Analysis(squeezing=Squeezing(curve, estimate, *series))
