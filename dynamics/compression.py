@@ -4,7 +4,8 @@ One relation covers every case: a force F at the compression u of an object of w
 
     F / A = E h(u / L),        A = kappa * contact area,
 
-with E the Young's modulus and h the *law* of the contact, h(e) = e where the object is strained evenly. Stress is
+with E the Young's modulus and h the *law* of the contact, h(e) = e where the object is strained evenly, and a
+little less, e - b e^2, where pads smaller than its faces sink in. Stress is
 F / A, strain is u / L, and every modulus is a slope of stress over h(strain): of the material, not of the shape.
 """
 
@@ -32,6 +33,9 @@ LARGEST_FORCE = 1e4  # N; a larger number is another unit
 LINE_LOAD = 1.0  # largest line load over E* R that the law of the line contact is used for
 LINE_TABLE = 512  # points of its inverse
 UNKNOWN_SURFACE_SD = 0.3  # relative, of kappa, for a surface that no theory of contact is known of
+SOFTENING = 0.13, 0.57  # b of pads much smaller than a face, and what Poisson's ratio adds: simulated, within 0.1
+SOFTEST = 0.45  # largest b: h rises all the way
+SOFTENS_TO = 0.5  # strain from which the linear law goes straight on
 
 
 @dataclass(frozen=True)
@@ -43,9 +47,10 @@ class Geometry:
         width: extent of the free object along the closing direction [m].
         contact_area: the area that the factor kappa refers to [m^2].
         kappa: force over E h(strain) and contact area [-].
-        law: ``linear``: h(e) = e; ``hertz``: h(e) = e^(3/2); ``line``: the inverse of
-            e = h/pi (ln(4 pi/h) - 1), and straight on from ``covered``.
+        law: ``linear``: h(e) = e - b e^2, and straight on from e = 0.5; ``hertz``: h(e) = e^(3/2); ``line``: the
+            inverse of e = h/pi (ln(4 pi/h) - 1), and straight on from ``covered``.
         kappa_sd: standard deviation of kappa [-].
+        softening: b of the linear law [-].
         covered: strain from which the line contact is as wide as the pads and grows no more [-].
         series_stiffness, series_stiffness_sd: of gripper and pads in series with the object [N/m]; their
             deflection belongs to the opening but not to the object.
@@ -64,6 +69,7 @@ class Geometry:
     series_stiffness: float = math.inf
     series_stiffness_sd: float = 0.0
     covered: float = math.inf
+    softening: float = 0.0
 
     def __post_init__(self) -> None:
         if self.shape not in SHAPES:
@@ -77,6 +83,8 @@ class Geometry:
             raise InvalidInput("geometry: series stiffness [N/m]", self.series_stiffness, "a number > 0")
         if not self.covered > 0:
             raise InvalidInput("geometry: covered", self.covered, "a strain > 0")
+        if not 0 <= self.softening <= SOFTEST:
+            raise InvalidInput("geometry: softening", self.softening, f"a number in [0, {SOFTEST}]")
         for name in ("kappa_sd", "series_stiffness_sd"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
                 raise InvalidInput(f"geometry: {name}", getattr(self, name), "a finite number >= 0")
@@ -100,7 +108,9 @@ class Geometry:
         """Return h(strain), 0 where there is no compression, (N,)."""
         compression = np.maximum(strain, 0.0)
         if self.law == "linear":
-            return compression
+            soft = np.minimum(compression, SOFTENS_TO)
+            bent: Array = compression - self.softening * soft * (2 * compression - soft)
+            return bent
         if self.law == "hertz":
             return compression**1.5
         strains, loads = _line_table()
@@ -114,7 +124,7 @@ class Geometry:
         """Return dh/d(strain), 0 where there is no compression, (N,)."""
         compression = np.maximum(strain, 0.0)
         if self.law == "linear":
-            return (strain > 0).astype(np.float64)
+            return np.where(strain > 0, 1 - 2 * self.softening * np.minimum(compression, SOFTENS_TO), 0.0)
         if self.law == "hertz":
             return 1.5 * np.sqrt(compression)
         load = np.maximum(self.law_of(np.minimum(compression, self.covered)), 1e-12)
@@ -136,13 +146,14 @@ def geometry_of(
     Rules:
         ``face``: the whole body is strained evenly, F = E (V / L) e with its volume V: a block under plates
         larger than its faces, and any shape in a simulation with one deformable cell.
-        ``pad``: a box larger than the pads, F = kappa(nu, sizes) A_pad E e, see :mod:`dynamics.indentation`; a
-        sphere by Hertz, F = 4/3 E/(1 - nu^2) sqrt(R) (u/2)^(3/2) (Johnson, Contact Mechanics, 1985, eq. 4.23, at
-        two contacts); an ellipsoid likewise by its radii of curvature, see :mod:`dynamics.hertz`; a cylinder along
-        its side, u = 2 P (1 - nu^2)/(pi E) (2 ln(4R/a) - 1) with the load per length P and
-        a^2 = 4 P R (1 - nu^2)/(pi E) (there, eq. 4.57, at two contacts), and straight
-        on from where the contact is as wide as the pads. No theory covers every mesh: as the
-        box of its width and its mean cross-section, with 30 % uncertainty.
+        ``pad``: a box larger than the pads, F = kappa(nu, sizes) A_pad E (e - b e^2), kappa by
+        :mod:`dynamics.indentation`, b = (0.13 + 0.57 nu) times the share of the face that is free; a sphere by
+        Hertz, F = 4/3 E/(1 - nu^2) sqrt(R) (u/2)^(3/2) (Johnson, Contact Mechanics, 1985, eq. 4.23, at two
+        contacts); an ellipsoid likewise by its radii of curvature, see :mod:`dynamics.hertz`; a cylinder along its
+        side, u = 2 P (1 - nu^2)/(pi E) (2 ln(4R/a) - 1) with the load per length P and
+        a^2 = 4 P R (1 - nu^2)/(pi E) (there, eq. 4.57, at two contacts), and straight on from where the contact is
+        as wide as the pads. No theory covers every mesh: as the box of its width and its mean cross-section, with
+        30 % uncertainty.
         ``pad-area``: stress is force over the pad's area whatever the object, as some publications do.
         ``auto``: the gripper's ``load_spread``.
 
@@ -181,13 +192,14 @@ def geometry_of(
         raise InvalidInput("geometry: share of the bounding box", fill, "a number in (0, 1], for a mesh")
     spread = gripper.load_spread if rule == "auto" else rule
     touched = min(across, gripper.pad_width) * min(along, gripper.pad_length)
-    kappa, kappa_sd, law, area, covered = 1.0, 0.0, "linear", touched, math.inf
+    kappa, kappa_sd, law, area, covered, softening = 1.0, 0.0, "linear", touched, math.inf, 0.0
     if spread == "face":
         area = fill * across * along
     elif spread == "pad-area":
         area = gripper.pad_area
     elif shape == "box":
         kappa, kappa_sd = indentation_factor(size, (gripper.pad_width, gripper.pad_length), poisson)
+        softening = (SOFTENING[0] + SOFTENING[1] * poisson) * (1 - touched / (across * along))
     elif shape == "mesh":
         # Rounded blocks are 0.72 to 1.05 times as stiff as this one: simulated with 2 and 4 cells, to 10 and 30 %.
         block = (width, across * math.sqrt(fill), along * math.sqrt(fill))
@@ -209,6 +221,7 @@ def geometry_of(
         series_stiffness=gripper.stiffness,
         series_stiffness_sd=gripper.stiffness_sd,
         covered=covered,
+        softening=softening,
     )
 
 

@@ -34,7 +34,7 @@ def about() -> list[str]:
 
     from sim import press
     from sim.bodies import CELLS, POINTS_AROUND
-    from sim.calibration import BENCH_DEPTH, BOX_DEPTH, SHALLOW
+    from sim.calibration import BENCH_DEPTH, SHALLOW
     from sim.contact import STIFFER, TIMESTEP
 
     return [
@@ -42,7 +42,7 @@ def about() -> list[str]:
         f"# MuJoCo {mujoco.__version__}; step {TIMESTEP} s; {CELLS['indentation']} cells an axis, "
         f"{POINTS_AROUND['indentation']} points around; contact {STIFFER:g} times stiffer than the object",
         f"# 2F-85 pads, {press.SPEED} m/s, no gravity; fits of theory with a free onset: bench up to strain "
-        f"{BENCH_DEPTH}, hand from {SHALLOW} of the depth to the depth, a box's {BOX_DEPTH}",
+        f"{BENCH_DEPTH}, hand from {SHALLOW} of the depth to the depth",
     ]
 
 

@@ -28,7 +28,6 @@ TABLE = Path(__file__).parent / "calibration.csv"
 DEPTHS = (0.025, 0.05, 0.1, 0.15, 0.2, 0.3)  # largest strain of a squeeze
 SHALLOW = 0.25  # share of it from which a squeeze is read: less, and the object would fall
 BENCH_DEPTH = 0.10  # strain to which the bench's factor holds, read from 0 on
-BOX_DEPTH = 0.10  # strain to which a box's factor is fitted
 FORCE = 54.0  # N at which the hand ends a squeeze
 COLUMNS = (
     "shape", "width_m", "across_m", "height_m", "poisson", "mesh", "above_m", "bench",
@@ -97,10 +96,7 @@ def compute(truth: TrueObject, axis: int) -> Factors:
     middle = press(truth, axis)
     above = height_above(truth, axis)
     held = middle if abs(above) < 1e-6 else press(truth, axis, above)
-    if truth.shape == "box":  # part of what bends its curve is read as curvature, whatever the depth
-        hand = (held.factor(SHALLOW * BOX_DEPTH, BOX_DEPTH),) * len(DEPTHS)
-    else:
-        hand = tuple(held.factor(SHALLOW * depth, depth) for depth in DEPTHS)
+    hand = tuple(held.factor(SHALLOW * depth, depth) for depth in DEPTHS)
     return Factors(middle.factor(0.0, BENCH_DEPTH), hand)
 
 

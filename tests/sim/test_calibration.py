@@ -15,7 +15,6 @@ from sim.bench import Bench
 from sim.calibrate import about, calibrated
 from sim.calibration import (
     BENCH_DEPTH,
-    BOX_DEPTH,
     DEPTHS,
     SHALLOW,
     TABLE,
@@ -74,7 +73,24 @@ def test_what_is_not_stored_is_pressed_once(monkeypatch):
     assert modulus_factor(replace(truth, mass=0.3, friction=0.5)) == factor
     assert len(pressed) == 1
     held = press(truth, 0, height_above(truth, 0))
-    assert factor == pytest.approx(held.factor(SHALLOW * BOX_DEPTH, BOX_DEPTH))
+    depth = depth_reached(truth)
+    assert depth == DEPTHS[-1]
+    assert factor == pytest.approx(held.factor(SHALLOW * depth, depth))
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.3])
+@pytest.mark.parametrize(
+    "size", [(0.056, 0.056, 0.056), (0.08, 0.08, 0.08), (0.06, 0.03, 0.08), (0.03, 0.06, 0.05)]
+)
+def test_a_box_softens_under_pads_as_the_law_says(size, poisson):
+    """Fit F / A = k (e - b e^2) to what is simulated; 0.1 of b are 2 % of the slope a tenth of strain deeper."""
+    truth = thing("box", size=size, poisson=poisson)
+    pressed = press(truth, shorter_side(truth))
+    rows = pressed.strain > 0.02  # in contact with all of the pads
+    strain, stress = pressed.strain[rows], pressed.load[rows] / pressed.geometry.area
+    offset, slope, bend = np.polynomial.polynomial.polyfit(strain, stress, 2)
+    assert abs(offset) < 0.02 * stress[-1]
+    assert -bend / slope == pytest.approx(pressed.geometry.softening, abs=0.1)
 
 
 def test_lengths_poisson_and_surface_make_the_key():
