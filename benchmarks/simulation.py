@@ -28,6 +28,7 @@ from selection.actions import Squeeze, Weigh
 from selection.actions.hand import Hand
 from selection.tape import Tape
 from sim.bench import GAP, SPEED_UP, Bench
+from sim.contact import TIMESTEP
 from sim.robot import SAMPLE_STEPS, MujocoRobot
 from sim.truth import read_truth
 
@@ -41,15 +42,14 @@ class Timed(MujocoRobot):
 
     def __init__(self) -> None:
         self.cpu = self.bare = 0.0
-        self.steps = 0
-        self._controls_done: list[np.ndarray] = []
+        self.steps, self.simulated = 0, 0.0
+        self._done: list[tuple[np.ndarray, float]] = []  # controls, and the time step they were done with
         super().__init__(read_truth(objects.locate(CUBE)))
         self._twin = mujoco.MjData(self._model)
-        self.steps = 0
 
     def _advance(self, controls: np.ndarray) -> None:
-        self._controls_done.append(controls)
         super()._advance(controls)
+        self._done.append((controls, self._stepper.timestep))
 
     def _run(
         self,
@@ -58,19 +58,23 @@ class Timed(MujocoRobot):
         interrupt: Callable[[Sample], bool] | None = None,
     ) -> bool:
         mujoco.mj_copyData(self._twin, self._model, self._data)
-        self._controls_done.clear()
+        self._done.clear()
         started = time.process_time()
         result = super()._run(command, moving_gripper, interrupt)
         self.cpu += time.process_time() - started
-        rows = np.concatenate(self._controls_done)
-        model, twin, step = self._model, self._twin, mujoco.mj_step
+        model, twin, step, last = self._model, self._twin, mujoco.mj_step, self._stepper.timestep
         control = twin.ctrl
         started = time.process_time()
-        for row in rows:
-            control[:] = row
-            step(model, twin)
+        for controls, timestep in self._done:
+            self._stepper.step_by(timestep)
+            count = round(TIMESTEP / timestep)
+            for row in controls:
+                control[:] = row
+                step(model, twin, count)
+            self.steps += count * len(controls)
+            self.simulated += TIMESTEP * len(controls)
         self.bare += time.process_time() - started
-        self.steps += len(rows)
+        self._stepper.step_by(last)
         assert np.array_equal(twin.qpos, self._data.qpos), "the twin went another way"
         return result
 
@@ -82,13 +86,12 @@ def full_scene() -> dict[str, float]:
     hand = Hand(robot, truth.declared, Tape(robot))
     for action in (Squeeze(), Weigh()):
         action.perform(hand)
-    simulated = robot.steps * robot._model.opt.timestep
     return {
-        "realtime_factor": simulated / robot.cpu,
+        "realtime_factor": robot.simulated / robot.cpu,
         "step_ratio": robot.bare / robot.cpu,
-        "simulated_seconds": simulated,
+        "simulated_seconds": robot.simulated,
         "bare_steps_per_second": robot.steps / robot.bare,
-        "timestep": robot._model.opt.timestep,
+        "timestep": TIMESTEP,
         "steps_a_sample": SAMPLE_STEPS,
         "degrees_of_freedom": robot._model.nv,
     }

@@ -28,6 +28,7 @@ from sim.contact import TIMESTEP
 from sim.opengl import PACKAGES, check_drawing
 from sim.scene import ARM_GAINS, GRIPPER_DAMPING, GRIPPER_STIFFNESS, scene_mjcf
 from sim.sensors import SensorModel, Sensors
+from sim.stepping import Stepper
 from sim.truth import TrueObject
 
 if TYPE_CHECKING:
@@ -77,7 +78,6 @@ class MujocoRobot:
         self._model = mujoco.MjModel.from_xml_string(scene_mjcf(truth, self._gripper, revision, vision, fidelity))
         prepare(self._model, truth)
         self._data = mujoco.MjData(self._model)
-        self._control = self._data.ctrl
         self._sensors = Sensors(noise, np.random.default_rng(seed), self._arm.nv, SAMPLE_STEPS * TIMESTEP)
         self._sinks: list[SampleSink] = []
         self._joints = slice(0, self._arm.nv)
@@ -92,6 +92,7 @@ class MujocoRobot:
         self._arm_command = start_position(self._arm)
         self._data.qpos[self._joints] = self._arm_command
         mujoco.mj_forward(self._model, self._data)
+        self._stepper = Stepper(self._model, self._data, truth)
         self._finger_inertia = _finger_inertia(self._model, self._data)
         self._viewer: Viewer | None = None
         self._renderers: dict[tuple[int, int], mujoco.Renderer] = {}
@@ -261,14 +262,8 @@ class MujocoRobot:
         return controls
 
     def _advance(self, controls: Array) -> None:
-        """Step once with every row of controls; what a sample needs to know of the last step is kept."""
-        model, data, control = self._model, self._data, self._control
-        for row in controls[:-1]:
-            control[:] = row
-            mujoco.mj_step(model, data)
-        control[:] = controls[-1]
-        self._velocity_before = data.qvel.copy()
-        mujoco.mj_step(model, data)
+        """Step with every row of controls."""
+        self._stepper.advance(controls)
 
     def _sample(self, moving: bool) -> Sample:
         """Read the sensors after a step."""
@@ -276,12 +271,12 @@ class MujocoRobot:
         if data.warning.number.any():
             names = [mujoco.mjtWarning(i).name for i, w in enumerate(data.warning) if w.number]
             raise SimulationError(f"MuJoCo warned at {data.time:.3f} s: {', '.join(names)}")
-        velocity = data.qvel[self._joints]
-        change = velocity - self._velocity_before[self._joints]
+        velocity, timestep = data.qvel[self._joints], self._stepper.timestep
+        change = velocity - self._stepper.velocity_before[self._joints]
         # The engine reports the drives' force at the start of the step but applies it, implicitly, at its end;
         # a sensor behind the gear does not feel the rotor.
-        applied = data.qfrc_actuator[self._joints] - self._stiffness * TIMESTEP * velocity - self._damping * change
-        torque = applied - self._armature * change / TIMESTEP
+        applied = data.qfrc_actuator[self._joints] - self._stiffness * timestep * velocity - self._damping * change
+        torque = applied - self._armature * change / timestep
         return self._sensors.sample(
             time=float(data.time) - self._clock_start,
             q=data.qpos[self._joints].copy(),
@@ -298,11 +293,11 @@ class MujocoRobot:
 
     def _current(self) -> float:
         """Return the current that the closing gripper draws for its force [A]."""
-        data, gripper = self._data, self._gripper
+        data, gripper, timestep = self._data, self._gripper, self._stepper.timestep
         speed = data.qvel[self._crank_dofs].mean()
-        change = speed - self._velocity_before[self._crank_dofs].mean()
-        drive = data.actuator_force[self._arm.nv] - GRIPPER_STIFFNESS * TIMESTEP * speed - GRIPPER_DAMPING * change
-        drive -= self._finger_inertia * change / TIMESTEP
+        change = speed - self._stepper.velocity_before[self._crank_dofs].mean()
+        drive = data.actuator_force[self._arm.nv] - GRIPPER_STIFFNESS * timestep * speed - GRIPPER_DAMPING * change
+        drive -= self._finger_inertia * change / timestep
         force = gripper.pad_force(float(drive), self._opening())
         friction = self._sensors.model.grip_friction
         return max(force - friction, 0.0) / gripper.force_per_ampere
