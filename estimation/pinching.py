@@ -3,7 +3,7 @@
 The object stands on the table between the pads, which press on it from both sides with a force F and are then
 driven down along its sides. Where all of a pad slides the same way the arm feels T = 2 mu F, whatever the object
 weighs. Pads that judder slide in several ways at once, and hold with less: T is taken from the upper part of its
-readings, and what it still falls short by is ``NET``.
+readings, and what it still falls short by is known from how far the pull falls on the way, ``net``.
 
 F rises with T, for pads that are dragged along lean in, and is lost again where they jump. So what they pulled
 before a jump belongs to a larger F than is read after it, and what they pull at rest to no more than mu F: T is
@@ -42,7 +42,8 @@ JUMP = 0.2  # share of its pull to which it falls where pads jump
 JUDDER_SD = 0.5  # of the method where they jump in all slides: very light things are thrown about between the pads
 LEAST_LEFT = 0.05  # share of the pull that counts as left at rest at least
 SMOOTH, SMOOTH_AIR = 5, 7  # samples of a running mean of the torques, with contact and without
-NET, NET_SD = 0.95, 0.05  # T over 2 mu F, and what objects differ by in it, in simulation: see docs/stiffness.md
+NET, LOSS = 0.985, 0.1  # T over 2 mu F in a quiet slide, and how much less where judder takes all of the pull,
+NET_SD = 0.05  # and what objects differ by in it, in simulation: see docs/stiffness.md
 SUNK_SD = 1.0  # relative, per share of the width that pads sink in by: sides no longer upright
 SLIDE_SD, SLIDE_KNOWN = 0.07, 4.0  # relative; of one slide, and how many slides would tell as much as is known
 NEVER_SLID = 1.8  # ratio of the force at the end over that in the middle of the way; 2 where nothing slides
@@ -91,9 +92,14 @@ class Slide:
         return self.sliding * math.sqrt(self.left)
 
     @property
+    def net(self) -> float:
+        """Share of 2 mu F that the pads pull with [-]."""
+        return NET - LOSS * (1 - max(self.kept, 0.0))
+
+    @property
     def coefficient(self) -> float:
         """Coefficient of friction [-]."""
-        return self.tangential / (2 * NET * self.force)
+        return self.tangential / (2 * self.net * self.force)
 
     @property
     def relative_sd(self) -> float:
@@ -111,7 +117,7 @@ def measure_pinched_rub(
 ) -> tuple[FrictionEstimate, Measurement]:
     """Estimate friction from slides of closed pads down the sides of an object.
 
-    mu = T / (2 NET F) of every slide; slides are fused with odd ones weighed down. Their variance is in part
+    mu = T / (2 net F) of every slide; slides are fused with odd ones weighed down. Their variance is in part
     what is known of slides and in part how these differ, by (n0 + sum r^2) / (n0 + n - 1) with their residuals r
     over what is known. The uncertainty of the force's calibration, of the torque sensors' scale and of the
     method are common to all and added after.
