@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from dynamics.arm import Arm
 from dynamics.errors import ActionFailed
@@ -19,6 +19,7 @@ from estimation.squeezing import air_current, measure_squeeze
 from estimation.stiffness import StiffnessEstimate
 
 METHOD_SD = 0.035  # relative; what shapes and sizes of all kinds differ by in the hand, simulated without noise
+WIDTH_SD = 2.5e-4  # m; what widths differ by besides, for a thing in the hand may stand a little askew
 SURPRISING = 5.0  # standard deviations by which an object met narrower or wider than known is not as known
 ASIDE = 0.05  # share of its width by which it must be wider besides, to be another side of it
 
@@ -55,6 +56,7 @@ def believe_squeeze(
             they are believed to be on it: then force and opening do not tell its modulus.
     """
     extents, spread = _closing_first(size.mean, edge), _closing_first(size.sd, edge)
+    by_hand = any(phase.name == "grasp" for phase in phases)  # a bench centres what it presses
     estimate, measurements = measure_squeeze(
         gripper,
         shape,
@@ -63,8 +65,12 @@ def believe_squeeze(
         size_sd=spread,
         fill=size.fill,
         weight=held_weight(arm, phases),
-        method_sd=METHOD_SD if any(phase.name == "grasp" for phase in phases) else 0.0,  # a bench centres it
+        method_sd=METHOD_SD if by_hand else 0.0,
     )
+    if by_hand:
+        measurements = tuple(
+            replace(m, sd=math.hypot(m.sd, WIDTH_SD)) if m.property == "width" else m for m in measurements
+        )
     notes: tuple[str, ...] = ()
     known = any(m.property == "elasticity" for m in measurements)
     if all(m.property == "width" for m in measurements):

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from dynamics.errors import ActionFailed
 from dynamics.robot import GripResult
 from dynamics.signals import Sample
+from estimation.carried import pull_of_weight
 from estimation.network import Network
 from estimation.sensor import Sensor
 from selection.actions.action import Findings, Readings
@@ -24,6 +27,9 @@ LEAST_CYCLES = 3
 MAX_STRAIN = 0.42
 RIGID_STRAIN = 1e-3  # compression of which nothing can be told
 HIGHER = 0.005  # m by which what is soft is raised further, to feel whether it hangs or sags onto the table
+SETTLING = 2  # readings of a closing in which the motor still speeds up
+NEAR = 8e-4  # m, within which readings of the first squeeze tell what the pads held with at an opening
+ROUGH = 0.6  # coefficient of friction, of which more may be the table's doing: what slides is carried in part
 _LOOK = 0.6  # s of holding still to feel the weight: white noise of 0.3 N m is then 0.1 N of a change
 _LOST = 0.15, 0.3  # share of the weight, and N: a change of what is carried that tells of slipping
 
@@ -73,6 +79,7 @@ class Squeeze:
         if hand.width - hand.robot.read().opening > SOFT * hand.width:
             weight = _hangs(hand, empty, weight)
         grip = Grip(hand, closing, again, weight)
+        tight = hand.robot.read().opening
         travel, cycle = 0.0, 0
         while cycle < LEAST_CYCLES or (travel < TRAVEL and cycle < MOST_CYCLES):
             # Cycles start a share of the opening's step apart, so that its coarse reading differs.
@@ -83,6 +90,8 @@ class Squeeze:
                 with hand.tape.phase(self.name, "release"):
                     hand.robot.grip(opening, hand.robot.gripper.min_speed, math.inf)
             gave = _compress(hand)
+            if cycle == 0:
+                _check_hold(hand, weight, tight)
             travel += gave
             cycle += 1
             if gave <= max(hand.robot.gripper.opening_quantum, RIGID_STRAIN * hand.width):
@@ -150,6 +159,31 @@ def _hangs(hand: Hand, empty: list[Sample], weight: float) -> float:
             f"it sags onto the table: the pads carry {weight:.1f} N, and {more:.1f} N {HIGHER:g} m higher up",
         )
     return more
+
+
+def _check_hold(hand: Hand, weight: float, tight: float) -> None:
+    """See that the weight needed no more friction than most things have, by the first squeeze.
+
+    In the air the table adds nothing to the force at the opening at which the object was lifted, as it does when
+    pads close on what stands there.
+
+    Raises:
+        ActionFailed: ``too heavy``, if it would need more.
+    """
+    gripper = hand.robot.gripper
+    closing = [s for phase in hand.tape.phases if phase.name == "compress" for s in phase.samples[SETTLING:]]
+    held = [sample for sample in closing if abs(sample.opening - tight) <= NEAR]
+    if not held:
+        return  # closing ended within the first readings: so stiff that it is held with all that the gripper has
+    effort, air = (float(np.median([s.effort for s in readings])) for readings in (held, hand.air))
+    force = gripper.force_per_ampere * (effort - air) + gripper.friction_force
+    force += float(pull_of_weight(gripper, weight, np.array([tight]))[0])
+    if 2 * ROUGH * force < weight:
+        raise ActionFailed(
+            "too heavy",
+            f"the pads pressed with {force:.1f} N as they lifted it, which hardly holds the {weight:.1f} N "
+            "that they carry: the table may carry the rest",
+        )
 
 
 def _check_grip(hand: Hand, closing: list[Sample], weight: float) -> None:

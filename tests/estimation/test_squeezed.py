@@ -12,7 +12,7 @@ from dynamics.compression import geometry_of
 from dynamics.errors import ActionFailed
 from dynamics.gripper import robotiq_2f85
 from estimation.size import SizeEstimate
-from estimation.squeezed import METHOD_SD, believe_squeeze
+from estimation.squeezed import METHOD_SD, WIDTH_SD, believe_squeeze
 
 GRIPPER = robotiq_2f85("face")
 MODULUS, WIDTH, SD = 5e4, 0.056, 5e-4
@@ -71,6 +71,8 @@ def test_what_is_met_too_narrow_keeps_its_width_to_itself(arm, phases):
 
 def test_a_squeeze_by_hand_adds_what_a_bench_does_not(arm, phases):
     by_hand = [dataclasses.replace(p, name="grasp") if p.name == "close" else p for p in phases]
-    bench, hand = (by_name(believed(arm, some, WIDTH))["elasticity"] for some in (phases, by_hand))
-    added = math.sqrt((hand.sd / hand.mean) ** 2 - (bench.sd / bench.mean) ** 2)
-    assert added == pytest.approx(METHOD_SD, rel=0.2)  # less the readings of the approach, which a hand's lack
+    bench, hand = (by_name(believed(arm, some, WIDTH)) for some in (phases, by_hand))
+    own, more = (one["elasticity"].sd / one["elasticity"].mean for one in (bench, hand))
+    # Less the readings of the approach, which a hand's lack.
+    assert math.sqrt(more**2 - own**2) == pytest.approx(METHOD_SD, rel=0.2)
+    assert bench["width"].sd < WIDTH_SD < hand["width"].sd < 1.5 * WIDTH_SD
