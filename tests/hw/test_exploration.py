@@ -28,7 +28,7 @@ from sim.sensors import SensorModel
 from sim.truth import read_truth
 from tests.hw.conftest import serving
 
-FASTEST = 3.0
+FASTEST = 1.6
 QUIET = ["--quiet", "--no-report"]
 SQUEEZE = [*QUIET, "--price", "0.05"]  # of the actions, only squeezing is worth its time then
 THOROUGH = [*QUIET, "--price", "0.0005", "--confidence", "0.9999"]
